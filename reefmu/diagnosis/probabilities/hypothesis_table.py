@@ -31,8 +31,8 @@ from ..inference.unnamed import UnnamedFit, fit_beside, strongest_beside
 from .marginal_likelihood import log_evidence_of_faint, log_volume, material_effects
 
 LEAST_SIZE = 0.1
-"""Smallest amplitude, over the typical size, that counts as an effect: a tenth of a tolerance's deviation is within
-what every drive deviates by."""
+"""Smallest amplitude, over the typical size, that counts as an effect where the tolerances of every drive change the
+same: a tenth of a tolerance's deviation is within what every drive deviates by."""
 N_BEST, N_BEST_BY_SIZE, N_MEAN_DRIVE, N_BESIDE = 8, 4, 4, 4
 """Fits that are compared with something unnamed: the best of all, of every number of effects, refitted for the mean
 drive, and refitted beside what is unnamed. Chosen by judgement to bound the time."""

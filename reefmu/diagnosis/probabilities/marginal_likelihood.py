@@ -96,15 +96,17 @@ def _amplitudes(name: str, parameter: Parameter, size: float, least: float, one_
 
 
 def material_effects(problem: Problem, fit: Fit, sizes: Mapping[str, float], least: float) -> frozenset[str]:
-    """The effects of a fit with an amplitude of at least `least` typical sizes."""
+    """The effects of a fit without those that change what the tolerances of every drive change as well, and have no
+    amplitude of at least `least` typical sizes."""
     found: set[str] = set()
     for name, values in problem.layout(fit.names).by_effect(fit.parameters).items():
+        effect = find_effect(name)
         scaled = [
             abs(values[p.name] - p.neutral) / sizes[f"{name}.{p.name}"]
-            for p in find_effect(name).parameters
+            for p in effect.parameters
             if sizes.get(f"{name}.{p.name}", 0.0) > 0
         ]
-        if not scaled or max(scaled) >= least:
+        if effect.identification.tolerance_signature is None or not scaled or max(scaled) >= least:
             found.add(name)
     return frozenset(found)
 

@@ -14,6 +14,7 @@ from reefmu.diagnosis.estimation.least_squares import HELD_SIZE
 from reefmu.diagnosis.estimation.residuals import remainder
 from reefmu.diagnosis.estimation.search import Search
 from reefmu.diagnosis.hypotheses import Hypothesis
+from reefmu.diagnosis.inference.evidence import Evidence
 from reefmu.diagnosis.probabilities.assessment import record_isolability, record_sizes
 from reefmu.diagnosis.probabilities.hypothesis_table import hypothesis_table
 from reefmu.diagnosis.probabilities.marginal_likelihood import (
@@ -140,12 +141,19 @@ def test_what_has_no_evidence_does_not_show(fitted: Fitted) -> None:
     assert not own.faint
 
 
-def test_small_effects_are_immaterial(fitted: Fitted) -> None:
-    fit = fitted.hysteresis
-    size = float(fit.parameters[fitted.problem.layout(fit.names).effects["hysteresis"].start])
-    assert material_effects(fitted.problem, fit, {"hysteresis.torque": size / 0.11}, 0.1) == HYSTERESIS
-    assert material_effects(fitted.problem, fit, {"hysteresis.torque": size / 0.09}, 0.1) == NOTHING
-    assert material_effects(fitted.problem, fit, {}, 0.1) == HYSTERESIS
+def test_what_every_drive_deviates_by_is_immaterial_and_small_friction_is_not(fitted: Fitted) -> None:
+    """An offset of the torque is like that of an individual drive without load; no tolerance makes friction, which is
+    missing however small it is."""
+    offset = fitted.problem.fit_from(("torque_sensor_offset",), np.append(fitted.base.parameters, 0.2))
+    for fit, key, below in (
+        (offset, "torque_sensor_offset.torque", NOTHING),
+        (fitted.hysteresis, "hysteresis.torque", HYSTERESIS),
+    ):
+        (name,) = fit.names
+        size = abs(float(fit.parameters[fitted.problem.layout(fit.names).effects[name].start]))
+        assert material_effects(fitted.problem, fit, {key: size / 0.11}, 0.1) == {name}
+        assert material_effects(fitted.problem, fit, {key: size / 0.09}, 0.1) == below
+        assert material_effects(fitted.problem, fit, {}, 0.1) == {name}
 
 
 def test_each_hypothesis_has_one_row_and_the_truth_the_most_evidence(fitted: Fitted) -> None:
@@ -166,13 +174,16 @@ def test_something_unnamed_that_does_not_show_has_the_evidence_of_the_effects_al
     assert all(r.unnamed for r in rows if r.is_hidden)
 
 
-def test_what_is_too_small_to_matter_is_nothing(fitted: Fitted) -> None:
-    sizes = record_sizes(fitted.problem)
-    evidence = evidence_of(fitted)
-    assert HYSTERESIS in {r.effects for r in hypothesis_table(evidence, sizes)}
-    large = sizes | {"hysteresis.torque": 1e3}
-    log = {r.effects: r.log_evidence for r in hypothesis_table(evidence, large) if not r.unnamed}
-    assert log.get(HYSTERESIS, -np.inf) < log[NOTHING] - 50
+def test_what_every_drive_deviates_by_is_nothing(fitted: Fitted) -> None:
+    problem, name = fitted.problem, "torque_sensor_offset"
+    offset = problem.fit_from((name,), np.append(fitted.base.parameters, 0.2))
+    evidence = Evidence(problem, Search(fitted.base, {0: [fitted.base], 1: [fitted.hysteresis, offset]}))
+
+    def sets(typical: float) -> set[frozenset[str]]:
+        return {r.effects for r in hypothesis_table(evidence, record_sizes(problem) | {f"{name}.torque": typical})}
+
+    size = abs(float(offset.parameters[-1]))
+    assert frozenset({name}) in sets(size / 0.11) - sets(size / 0.09)
 
 
 def test_a_set_that_the_record_hardly_tells_from_the_likeliest_is_a_hypothesis(fitted: Fitted) -> None:
