@@ -69,11 +69,11 @@ def wanted_separations(power: float) -> tuple[float, float]:
     must exceed what the calibrated odds of a name take, with the probability `power`.
 
     >>> [round(q, 1) for q in wanted_separations(0.9)]
-    [33.7, 8.2]
+    [26.9, 8.1]
     """
     z = float(ndtri(power))
     odds = float(logit(NAMED))
-    thresholds = (least_evidence(odds - CALIBRATED.effect) + OCCAM, least_evidence(odds))
+    thresholds = (least_evidence(odds - CALIBRATED.first_effect) + OCCAM, least_evidence(odds))
     against_nothing, against_rival = ((z + np.sqrt(z**2 + 2 * t)) ** 2 for t in thresholds)
     return float(against_nothing), float(against_rival)
 

@@ -40,7 +40,7 @@ def probabilities(
 
 
 def features(rows: Sequence[Row]) -> Array:
-    """(r, 4) what is known of each row, in the order of `HypothesisWeights`."""
+    """(r, 5) what is known of each row, in the order of `HypothesisWeights`."""
     best = max(row.log_evidence for row in rows)
     return np.array([_features(row, best - row.log_evidence) for row in rows], float)
 
@@ -52,4 +52,5 @@ def _features(row: Row, below: float) -> tuple[float, ...]:
         len(row.effects),
         math.log(max(row.unnamed_share, SMALLEST_UNNAMED)) if row.unnamed_share else 0.0,
         float(row.is_hidden),
+        float(not row.effects and not row.unnamed),
     )

@@ -29,7 +29,7 @@ from scipy.stats import norm
 sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
 from reefmu.diagnosis.analysis import Analysis  # noqa: E402
-from reefmu.diagnosis.calibrated_odds import CALIBRATED, NAMED  # noqa: E402
+from reefmu.diagnosis.calibrated_odds import NAMED, log_odds  # noqa: E402
 from reefmu.diagnosis.estimation.least_squares import HELD_SIZE, Fit  # noqa: E402
 from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
 from reefmu.diagnosis.estimation.search import base_fit, promising_starts, restrict_fit  # noqa: E402
@@ -157,7 +157,7 @@ def nearest(problem: Problem, true: Fit) -> Rival:
     sizes = stated_sizes(problem)
 
     def prior(found: Fit) -> float:
-        return log_volume(problem, found, sizes, 1.0) + CALIBRATED.effect * len(found.names)
+        return log_volume(problem, found, sizes, 1.0) + float(log_odds(0.0, len(found.names)))
 
     rivals: list[Rival] = []
     for lost in true.names:

@@ -1,9 +1,9 @@
 """Fits the weights of `reefmu.diagnosis.calibrated_odds` to simulated records, and shows how well they hold.
 
 Run as `python tests/benchmarks/probabilities/calibrate_probabilities.py --workers 2 --out rows.json`; with `--second
-90` also for records of the second generator, whose individuals deviate in other ways; with `--rows rows.json` only the
-weights are fitted, and with `--without-drawing` the records are diagnosed by a power law. Scores are cross-validated:
-every record is judged by weights that were fitted to the others.
+90` also for as many records of each of four catalogues of the second generator, whose individuals deviate in other
+ways; with `--rows rows.json` only the weights are fitted, and with `--without-drawing` the records are diagnosed by a
+power law. Scores are cross-validated: every record is judged by weights that were fitted to the others.
 """
 
 from __future__ import annotations
@@ -26,7 +26,12 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 from reefmu.diagnosis.calibrated_odds import CALIBRATED  # noqa: E402
 from stiffness_model.numerics.arrays import Array  # noqa: E402
 from tests.benchmarks.probabilities.cases import drawn_cases  # noqa: E402
-from tests.benchmarks.probabilities.observed_records import observe, observe_second, observe_without_drawing  # noqa: E402
+from tests.benchmarks.probabilities.observed_records import (  # noqa: E402
+    SECOND_SEEDS,
+    observe,
+    observe_second,
+    observe_without_drawing,
+)
 
 RIDGE = 0.3
 """Half the precision of the weights' prior about zero, which holds weights that few records determine."""
@@ -108,7 +113,7 @@ def main() -> None:
     parser.add_argument("--rows", type=Path, help="such a file, in place of new records")
     parser.add_argument("--without-drawing", action="store_true", help="diagnose by a power law")
     parser.add_argument("--count", type=int, help="cases, drawn from all; all if absent")
-    parser.add_argument("--second", type=int, default=0, help="cases of the second generator as well")
+    parser.add_argument("--second", type=int, default=0, help="cases of each catalogue of the second generator as well")
     given = parser.parse_args()
     if given.rows is not None:
         records = json.loads(given.rows.read_text("utf-8"))
@@ -116,7 +121,7 @@ def main() -> None:
         records, chosen = [], drawn_cases(given.count)
         look = observe_without_drawing if given.without_drawing else observe
         with ProcessPoolExecutor(given.workers) as pool:
-            seconds = pool.map(observe_second, range(given.second))
+            seconds = pool.map(observe_second, itertools.product(SECOND_SEEDS, range(given.second)))
             for number, found in enumerate(itertools.chain(pool.map(look, chosen), seconds)):
                 print(number, found.get("case", "no diagnosis"), found.get("verdict", ""), flush=True)
                 records += [found] if found else []

@@ -24,8 +24,8 @@ from tests.validation.blind.records import Case, Truth, make
 from tests.validation.blind_individuals.catalogue import case as case_of_individuals
 from tests.validation.blind_individuals.records import make as make_sealed
 
-SECOND_SEED = 1
-"""Seed of the catalogue of the second generator to which the weights are fitted; those of its scores are others."""
+SECOND_SEEDS = (1, 3, 5, 6)
+"""Seeds of the catalogues of the second generator to which the weights are fitted; those of its scores are others."""
 ALIKE = frozenset({"modulus_error", "structural_compliance"})
 """Effects that the catalogue calls alike where its truth is not separable."""
 Sizes = Mapping[str, float]
@@ -71,14 +71,16 @@ def analysed_second(number: int, seed: int, *, bounds: bool) -> tuple[Analysis |
     return found if isinstance(found, Analysis) else None, sealed.truth.to_dict()
 
 
-def observe_second(number: int) -> dict[str, Any]:
-    """What `observe` says, of a record of the second generator; empty where there is no diagnosis."""
-    found, truth = analysed_second(number, SECOND_SEED, bounds=False)
+def observe_second(place: tuple[int, int]) -> dict[str, Any]:
+    """What `observe` says, of a record of the second generator, by seed and number; empty where there is no
+    diagnosis."""
+    seed, number = place
+    found, truth = analysed_second(number, seed, bounds=False)
     if found is None:
         return {}
     hidden = frozenset(truth["names"]), bool(truth["foreign"])
     rows = _rows(found)
-    about = {"case": f"second {number}", "individual": truth["individual"], "missing": [*truth["names"]]}
+    about = {"case": f"second {seed} {number}", "individual": truth["individual"], "missing": [*truth["names"]]}
     return about | _features(found, rows, [(row.effects, row.unnamed) == hidden for row in rows])
 
 

@@ -82,7 +82,7 @@ def test_an_effect_alone_is_named_where_the_diagnosis_would(separation: float) -
     variance I and a prior of width w, must reach what the calibrated odds of a name take."""
     information = separation**2
     found = isolability(gaussian_scores(np.array([[information]]), 20000, 0), PAIR[:1], PAIR[:1])
-    least = least_evidence(np.log(NAMED / (1 - NAMED)) - CALIBRATED.effect)
+    least = least_evidence(np.log(NAMED / (1 - NAMED)) - CALIBRATED.first_effect)
     precision = 1 / AMPLITUDE_DEVIATION**2
     score = np.sqrt((information + precision) * (2 * least + np.log(information / precision + 1)))
     sides = norm.cdf((np.array([-score, score]) - information) / separation)

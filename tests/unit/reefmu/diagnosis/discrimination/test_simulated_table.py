@@ -56,7 +56,7 @@ def at_two_sizes(cost_of_the_wider: float) -> SimulatedScores:
 
 def test_nothing_is_as_likely_as_under_its_likeliest_scatter() -> None:
     """An effect that a wider scatter absorbs is named where that costs more than a name takes."""
-    least = 2 * least_evidence(np.log(NAMED / (1 - NAMED)) - CALIBRATED.effect)
+    least = 2 * least_evidence(np.log(NAMED / (1 - NAMED)) - CALIBRATED.first_effect)
     assert names(at_two_sizes(50 * least), [1.0, 0.0, 0.0])[0] > 0.98
     assert names(at_two_sizes(0.5 * least), [1.0, 0.0, 0.0])[0] < 0.02
     assert names(at_two_sizes(0.5 * least), [0.0, 1.0, 0.0])[1] > 0.98
