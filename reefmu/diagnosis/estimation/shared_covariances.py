@@ -37,7 +37,6 @@ def least_costs(problem: Problem, fits: Sequence[Fit], others: Sequence[Fit] = (
 
 def _cost_under(problem: Problem, fit: Fit, other: Fit) -> float:
     """The cost of a fit under the covariance of another one."""
-    assert problem.scatter is not None, "without scatter there is one covariance"
     residual = problem.torque - fit.prediction.torque
     weights = other.weighting.with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
     # A parameter at its bound does not follow: beyond it there is another record.
@@ -45,6 +44,13 @@ def _cost_under(problem: Problem, fit: Fit, other: Fit) -> float:
     basis = absorbing_basis(weights, fit.prediction.sensitivities[:, own], fit.bounds.prior_deviation[own])
     white = weights.whiten(residual)
     of_priors = fit.chi_square - float((fit.weighting.whiten(residual) ** 2).sum())
+    left = float(((white - basis @ (basis.T @ white)) ** 2).sum())
+    return left + of_priors + cost_of_clearance(problem, fit, other) + weights.log_determinant
+
+
+def cost_of_clearance(problem: Problem, fit: Fit, other: Fit) -> float:
+    """What the covariance of another fit of an individual costs a fit, in -2 log likelihood: the square of the mean
+    deviation of the clearance that it takes, over its standard deviation."""
+    assert problem.scatter is not None, "without scatter there is one covariance"
     deviation = (fit.prediction.clearance - other.prediction.clearance) / problem.scatter.mean_clearance_deviation
-    of_clearance = float(np.mean(deviation**2))
-    return float(((white - basis @ (basis.T @ white)) ** 2).sum()) + of_priors + of_clearance + weights.log_determinant
+    return float(np.mean(deviation**2))

@@ -7,8 +7,11 @@ in standard deviations of noise and scatter, of the torque that its true effects
 fitted to it: the true set without one effect, or with another effect in its place. To a judge who knows laws and
 covariance and has excluded all sets but these two, the log likelihood ratio of both is Gaussian with mean d^2/2 and
 variance d^2 (Neyman and Pearson), and their log odds are higher by a, what the priors of the diagnosis say of their
-parameters and their number of effects. So no rule that names at a probability p names the truth more often than
-Phi((d^2/2 + a - logit p) / d); of all other sets that for which this is least counts.
+parameters, their number of effects and, where the drive scatters as one of another clearance, of that clearance. So no
+rule that names at a probability p names the truth more often than Phi((d^2/2 + a - logit p) / d); of all other sets
+that for which this is least counts. The set without an effect is also judged by the scatter at its own contacts, by
+which mean and variance are others (`likelihood_ratio`): d is then the standard deviation, and a what the mean exceeds
+d^2/2 by as well.
 """
 
 from __future__ import annotations
@@ -17,28 +20,20 @@ import argparse
 import itertools
 import json
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, astuple, dataclass, replace
+from dataclasses import asdict, astuple, dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.special import logit
-from scipy.stats import norm
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
 from reefmu.diagnosis.analysis import Analysis  # noqa: E402
-from reefmu.diagnosis.calibrated_odds import NAMED, log_odds  # noqa: E402
-from reefmu.diagnosis.estimation.least_squares import HELD_SIZE, Fit  # noqa: E402
-from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
-from reefmu.diagnosis.estimation.search import base_fit, promising_starts, restrict_fit  # noqa: E402
-from reefmu.diagnosis.forward.predictor import Predictor  # noqa: E402
-from reefmu.diagnosis.probabilities.assessment import stated_sizes  # noqa: E402
-from reefmu.diagnosis.probabilities.marginal_likelihood import log_volume  # noqa: E402
-from reefmu.effects import find_effect  # noqa: E402
+from reefmu.diagnosis.calibrated_odds import NAMED  # noqa: E402
 from tests.benchmarks.probabilities.cases import drawn_cases  # noqa: E402
 from tests.benchmarks.probabilities.observed_records import analysed, analysed_second  # noqa: E402
+from tests.benchmarks.probabilities.rival_sets import bound, nearest, true_fit  # noqa: E402
 from tests.validation.blind.outside import KINDS  # noqa: E402
 from tests.validation.blind.records import Case, Truth  # noqa: E402
 from tests.validation.blind_individuals.judging import judge  # noqa: E402
@@ -68,11 +63,6 @@ class Outcome:
     verdict: str
     exact: bool
     within: bool
-
-
-def bound(separation: float, advantage: float, least: float = NAMED) -> float:
-    """Greatest probability with which a rule that names from a probability of `least` names the truth."""
-    return float(norm.cdf((separation**2 / 2 + advantage - logit(least)) / max(separation, 1e-9)))
 
 
 def outcome(what: Case) -> Outcome | None:
@@ -129,47 +119,6 @@ def judged(found: Analysis, truth: Truth) -> Outcome | None:
         exact,
         missing in sets and conclusion.verdict != "none",
     )
-
-
-def true_fit(problem: Problem, names: tuple[str, ...], known: Mapping[str, Mapping[str, float]]) -> Fit:
-    """The fit of the true set, which begins at the true parameters, `known` by effect."""
-    start = [base_fit(problem).parameters]
-    for name in names:
-        true = known.get(name, {})
-        start.append(np.array([true.get(p.name, p.nominal) for p in find_effect(name).parameters]))
-    return problem.fit_from(names, np.concatenate(start))
-
-
-@dataclass(frozen=True)
-class Rival:
-    """The other set that is hardest to exclude; fields as of `Outcome`."""
-
-    separation: float
-    advantage: float
-    lost: str
-    rival: str
-
-
-def nearest(problem: Problem, true: Fit) -> Rival:
-    """The rival of a fit's set."""
-    torque = Predictor(problem.trace, problem.base, true.names)(true.parameters).torque
-    expected = replace(problem, trace=replace(problem.trace, torque=torque), weights=true.weighting, weights_cache=[])
-    sizes = stated_sizes(problem)
-
-    def prior(found: Fit) -> float:
-        return log_volume(problem, found, sizes, 1.0) + float(log_odds(0.0, len(found.names)))
-
-    rivals: list[Rival] = []
-    for lost in true.names:
-        names, parameters = restrict_fit(problem, true, frozenset(true.names) - {lost})
-        without = expected.fit_from(names, parameters, true.weighting, HELD_SIZE)
-        others = [name for name in problem.candidates if name not in true.names]
-        starts = promising_starts(expected, without, others)
-        fits = [without, *(expected.fit_from(s.names, s.parameters, true.weighting, HELD_SIZE) for s in starts)]
-        for found in fits:
-            taken = "".join(set(found.names) - set(true.names))
-            rivals.append(Rival(float(np.sqrt(found.chi_square)), prior(true) - prior(found), lost, taken))
-    return min(rivals, key=lambda r: (r.separation**2 / 2 + r.advantage - logit(NAMED)) / max(r.separation, 1e-9))
 
 
 def report(outcomes: Sequence[Outcome]) -> None:
