@@ -44,6 +44,6 @@ def fitted_friction(
         record = with_output_locked(record, GEAR.ratio)
     trace = make_trace(record, gear.ratio)
     problem = prepare_problem(record, trace, BaseCurveSource(gear).base_curve(trace))
-    start = {"hysteresis": [4.0, 5e-5], "coulomb_friction": [4.0, 5e-5], "stribeck_friction": [1.0, 1e-3, 5e-5]}
+    start = {"hysteresis": [4.0, 5e-5], "coulomb_friction": [4.0, 5e-5], "stribeck_friction": [1.0, 1e-3, 2.0, 5e-5]}
     sizes = [start.get(name, [1e-9]) for name in names]
     return problem, problem.fit_from(names, np.concatenate([base_fit(problem).parameters, *sizes]))

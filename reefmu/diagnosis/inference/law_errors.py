@@ -34,6 +34,19 @@ def law_columns(problem: Problem, fit: Fit) -> Array:
     return LAW_ERROR * (torques[:, :, None] * factors[:, None, :]).reshape(len(factors), -1)
 
 
+def within_law_errors(problem: Problem, fit: Fit) -> frozenset[str]:
+    """The effects of a fit that may be the error of the law of a larger one, which absorb its misfit: their torque has
+    at most two standard deviations of that error."""
+    rms = dict(zip(fit.names, np.sqrt(np.mean(_effect_torques(problem, fit) ** 2, axis=0)).tolist(), strict=True))
+    group = {name: find_effect(name).identification.confounding_group for name in fit.names}
+    return frozenset(
+        name
+        for name in fit.names
+        if group[name] is not None
+        and rms[name] < 2 * LAW_ERROR * max(rms[other] for other in fit.names if group[other] is group[name])
+    )
+
+
 def _effect_torques(problem: Problem, fit: Fit) -> Array:
     """(n, e) N.m, what each effect adds to the torque, to first order."""
     torques = np.zeros((len(problem.torque), len(fit.names)))

@@ -20,9 +20,11 @@ from ..calibrated_odds import PRIOR_WIDTH
 from ..estimation.least_squares import PRIORS, Fit, is_logarithmic
 from ..estimation.problem import Problem
 from ..estimation.score_test import absorbing_basis, linearise
+from ..inference.law_errors import within_law_errors
 
 LOGARITHMIC_RANGE = 2 * math.log(10.0)
-"""Range of the logarithm of a time, length or speed that is as likely as any: two decades, chosen by judgement."""
+"""Range of the logarithm of a time, length or speed that is as likely as any: two decades, chosen by judgement, or that
+between its bounds."""
 LARGEST_FAINT, N_FAINT = 1e3, 300
 """Largest amplitude of an effect that the record hardly shows, in typical sizes, and the number of those that are
 tried, in steps of a thirtieth; the prior leaves less than a thousandth beyond."""
@@ -96,8 +98,8 @@ def _amplitudes(name: str, parameter: Parameter, size: float, least: float, one_
 
 
 def material_effects(problem: Problem, fit: Fit, sizes: Mapping[str, float], least: float) -> frozenset[str]:
-    """The effects of a fit without those that change what the tolerances of every drive change as well, and have no
-    amplitude of at least `least` typical sizes."""
+    """The effects of a fit without those that may be the error of another one's law, and those that change what the
+    tolerances of every drive change as well and have no amplitude of at least `least` typical sizes."""
     found: set[str] = set()
     for name, values in problem.layout(fit.names).by_effect(fit.parameters).items():
         effect = find_effect(name)
@@ -108,7 +110,7 @@ def material_effects(problem: Problem, fit: Fit, sizes: Mapping[str, float], lea
         ]
         if effect.identification.tolerance_signature is None or not scaled or max(scaled) >= least:
             found.add(name)
-    return frozenset(found)
+    return frozenset(found) - within_law_errors(problem, fit)
 
 
 def parameter_prior(parameter: Parameter, value: float, size: float, unit: float) -> tuple[float, float]:
@@ -117,7 +119,8 @@ def parameter_prior(parameter: Parameter, value: float, size: float, unit: float
     size: half-width of an amplitude; unit: in which it is fitted.
     """
     if is_logarithmic(parameter):
-        return -math.log(LOGARITHMIC_RANGE), 12 / LOGARITHMIC_RANGE**2
+        extent = min(LOGARITHMIC_RANGE, math.log(parameter.maximum / parameter.minimum))
+        return -math.log(extent), 12 / extent**2
     if (extent := _bounded_extent(parameter)) is not None:
         return -math.log(extent / unit), 12 * (unit / extent) ** 2
     width = size / unit

@@ -95,8 +95,9 @@ def test_friction_opposes_the_motion_of_the_output(build: Build, trajectory: Tra
     wet = response(build, trajectory, viscous_friction={"coefficient": 8.0})["output.tau"]
     assert wet == pytest.approx(elastic - 8.0 * speed, abs=NM)
     values = {"torque": 3.0, "speed": 0.04, "presliding": 3e-5}
-    falling = response(build, trajectory, stribeck_friction=values)["output.tau"]
-    assert falling == pytest.approx(elastic - 3.0 * np.exp(-((speed / 0.04) ** 2)) * z, abs=NM)
+    for given, exponent in (({}, 2.0), ({"exponent": 0.7}, 0.7)):
+        falling = response(build, trajectory, stribeck_friction=values | given)["output.tau"]
+        assert falling == pytest.approx(elastic - 3.0 * np.exp(-(np.abs(speed / 0.04) ** exponent)) * z, abs=NM)
 
 
 def test_friction_at_the_output_does_not_reach_the_crank(build: Build, trajectory: Trajectory) -> None:

@@ -28,9 +28,9 @@ def test_one_loop_does_not_show_where_the_friction_is(name: str) -> None:
 
 
 def test_a_set_of_three_has_rivals_that_no_search_fitted() -> None:
-    """Such a set was named for one loop: coulomb_friction with stribeck_friction and preload."""
-    problem, chosen = fitted_friction(ONE_LOOP, None, ("coulomb_friction", "stribeck_friction", "preload"))
-    assert differences(problem, chosen)["hysteresis", "preload", "stribeck_friction"] < 9.0
+    """Such a set was named for one loop: coulomb_friction with preload and another friction."""
+    problem, chosen = fitted_friction(ONE_LOOP, None, ("coulomb_friction", "damping", "preload"))
+    assert differences(problem, chosen)["damping", "hysteresis", "preload"] < 9.0
 
 
 def test_records_that_separate_them_have_no_rivals() -> None:

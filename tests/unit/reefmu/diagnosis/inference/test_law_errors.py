@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from reefmu.diagnosis.estimation.least_squares import FitOptions
 from reefmu.diagnosis.estimation.residuals import torque_without
-from reefmu.diagnosis.inference.law_errors import LAW_ERROR, law_columns
+from reefmu.diagnosis.inference.law_errors import LAW_ERROR, law_columns, within_law_errors
 from reefmu.diagnosis.inference.nonparametric import fit_terms
 from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted, fitted
 
@@ -24,6 +25,23 @@ def test_the_columns_are_shares_of_the_torque_of_the_effects(fitted: Fitted) -> 
     assert np.abs(columns).max() <= LAW_ERROR * np.abs(torque).max() * 1.001
     both = problem.fit_from(("hysteresis", "torque_sensor_offset"), np.append(fit.parameters, 1.0))
     assert law_columns(problem, both).shape[1] == 2 * columns.shape[1]
+
+
+def test_an_effect_may_be_the_error_of_the_law_of_a_larger_one_of_its_kind(fitted: Fitted) -> None:
+    """A friction beside ten times as much of another kind may be; one beside three times as much may not, nor may an
+    offset of the sensor, which is no error of friction."""
+    fit = fitted.hysteresis
+
+    def beside(name: str, *parameters: float) -> frozenset[str]:
+        both = np.append(fit.parameters, parameters)
+        return within_law_errors(
+            fitted.problem, fitted.problem.fit_from((*fit.names, name), both, options=FitOptions(steps=0))
+        )
+
+    assert beside("coulomb_friction", 0.09 * 4.0, 5e-5) == {"coulomb_friction"}
+    assert not beside("coulomb_friction", 0.3 * 4.0, 5e-5)
+    assert beside("coulomb_friction", 12 * 4.0, 5e-5) == {"hysteresis"}
+    assert not beside("torque_sensor_offset", 0.01)
 
 
 @pytest.mark.parametrize(("share", "remains"), [(0.1, False), (0.6, True)])
