@@ -91,26 +91,29 @@ def start_variants(effect: Effect, trace: Trace, max_twist: float, elements: int
 
 
 def linearise(problem: Problem, name: str, at: Fit, further: Iterable[Array] = ()) -> list[Direction]:
-    """All variants of a candidate, and `further` ones (parameters (q,) each), linearised about a fit."""
+    """All variants of a candidate, and `further` ones (parameters (q,) each), linearised about a fit.
+
+    With neutral amplitudes no variant changes another: one prediction with all of them has the columns of each.
+    """
     effect = find_effect(name)
-    sizes = amplitudes(effect)
-    predictor = problem.for_ranking.predictor((*at.names, name))
-    paired = any(p.name.startswith("phase_") for p in effect.parameters)
-    found = []
+    sizes = tuple(amplitudes(effect))
     elements = 1 if problem.base.drive is None else problem.base.drive.elements
-    for start in (*start_variants(effect, problem.trace, problem.base.max_twist, elements), *further):
-        first = len(at.parameters)
-        parts = []
-        for phase in (0.0, np.pi / 2) if paired else (0.0,):
-            p = start.copy()
-            for k, q in enumerate(effect.parameters):
-                if q.name.startswith("phase_"):
-                    p[k] = phase
-            parts.append(predictor(np.concatenate([at.parameters, p])).sensitivities[:, [first + k for k in sizes]])
-        columns = np.concatenate(parts, axis=1)
-        one_sided = not paired and all(effect.parameters[k].minimum == effect.parameters[k].neutral for k in sizes)
-        found.append(Direction(name, start, tuple(sizes), columns, one_sided, paired))
-    return found
+    starts = [*start_variants(effect, problem.trace, problem.base.max_twist, elements), *further]
+    predictor = problem.for_ranking.predictor((*at.names, *(name for _ in starts)))
+    places = [list(np.array(sizes) + where.start) for where in predictor.slices[len(at.names) :]]
+    paired = any(p.name.startswith("phase_") for p in effect.parameters)
+    of_orders = [k for k, p in enumerate(effect.parameters) if p.name.startswith("phase_")]
+    parts: list[list[Array]] = []
+    for phase in (0.0, np.pi / 2) if paired else (0.0,):
+        turned = np.array(starts)
+        turned[:, of_orders] = phase
+        sensitivities = predictor(np.concatenate([at.parameters, turned.ravel()])).sensitivities
+        parts.append([sensitivities[:, where] for where in places])
+    one_sided = not paired and all(effect.parameters[k].minimum == effect.parameters[k].neutral for k in sizes)
+    return [
+        Direction(name, start, sizes, np.concatenate(columns, axis=1), one_sided, paired)
+        for start, *columns in zip(starts, *parts, strict=True)
+    ]
 
 
 def absorbing_basis(weights: Weighting, columns: Array, deviation: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,7 +24,7 @@ N_RIG = 2
 class ParameterLayout:
     """Layout of the vector of a fit: what the rig adds, shape of the base curve, parameters of the effects.
 
-    n_shape: number of shape parameters; names: effects in the order of the vector.
+    n_shape: number of shape parameters; names: effects in the order of the vector, where one may stand several times.
 
     >>> layout = ParameterLayout(2, ("backlash", "creep"))
     >>> layout.shape, layout.effects["creep"], layout.size
@@ -46,13 +47,15 @@ class ParameterLayout:
         return N_RIG + self.n_shape
 
     @cached_property
+    def slices(self) -> tuple[slice, ...]:
+        """The parameters of the effects, in the order of their names."""
+        ends = self.n_base + np.cumsum([0, *(len(find_effect(name).parameters) for name in self.names)])
+        return tuple(slice(int(first), int(last)) for first, last in itertools.pairwise(ends))
+
+    @cached_property
     def effects(self) -> dict[str, slice]:
-        """The parameters of every effect."""
-        found, at = {}, self.n_base
-        for name in self.names:
-            found[name] = slice(at, at + len(find_effect(name).parameters))
-            at = found[name].stop
-        return found
+        """The parameters of every effect, the last of those with one name."""
+        return dict(zip(self.names, self.slices, strict=True))
 
     @property
     def size(self) -> int:

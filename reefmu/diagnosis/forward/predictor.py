@@ -43,7 +43,7 @@ class Predictor:
         self.names = tuple(names)
         self.functions = [effect_functions(name) for name in self.names]
         self.layout = ParameterLayout(base.shape.size, self.names)
-        self.slices = [self.layout.effects[name] for name in self.names]
+        self.slices = self.layout.slices
         self.size = self.layout.size
         contacts = RecordContacts(base, self.layout.shape.start, float(np.abs(trace.twist).max()))
         self._stages = RecordStages(trace, contacts, self.functions, self.slices, self.layout.shape)

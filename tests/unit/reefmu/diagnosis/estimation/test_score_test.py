@@ -32,3 +32,17 @@ def test_a_missing_ball_anywhere_is_near_one_that_is_tried(individual: Problem, 
         max(float(score_gains(one, fit.weighting, basis, residual)[0][0]) for one in some) for some in (tried, [exact])
     )
     assert best > 0.65 * expected
+
+
+@pytest.mark.parametrize("name", ["missing_ball", "kinematic_error", "stribeck_friction", "creep", "wear"])
+def test_variants_that_are_predicted_together_have_the_columns_of_each(individual: Problem, name: str) -> None:
+    """Beside another effect as well; those of a kinematic error are sines, then cosines."""
+    base = base_fit(individual)
+    beside = individual.fit_from(("hysteresis",), np.concatenate([base.parameters, [1.0, 5e-5]]))
+    for fit in (base, beside):
+        found = linearise(individual, name, fit)
+        for one in (found[0], found[-1]):
+            alone = individual.for_ranking.predictor((*fit.names, name))
+            vector = np.concatenate([fit.parameters, one.start])
+            columns = alone(vector).sensitivities[:, len(fit.parameters) + np.array(one.sizes)]
+            np.testing.assert_allclose(one.columns[:, : len(one.sizes)], columns, atol=1e-9 * np.abs(columns).max())
