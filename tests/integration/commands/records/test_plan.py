@@ -65,20 +65,7 @@ def test_the_plan_of_the_tutorial_names_what_the_tutorial_promises(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "effect",
-    [
-        "missing_ball",
-        pytest.param(
-            "backlash",
-            marks=pytest.mark.xfail(
-                reason="individuals differ by as much as a clearance of one tolerance: no run is predicted to help, "
-                "although diagnoses name it in three of five records",
-                strict=True,
-            ),
-        ),
-    ],
-)
+@pytest.mark.parametrize("effect", ["missing_ball", "backlash"])
 def test_a_longer_protocol_is_advised_where_time_is_short_and_names_what_the_short_one_does_not(
     effect: str, lookup: Lookup, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
