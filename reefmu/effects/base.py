@@ -132,7 +132,7 @@ class ToleranceSignature(Enum):
 class Identification:
     """What a fit to a measured record needs to know of an effect besides its equations.
 
-    requirements: columns or a drawing, without which the effect is no candidate. confounding_group: of effects that
+    requirements: columns or a drawing, without which the effect is no candidate. confounding_groups: of effects that
     absorb each other's misfit. tolerance_signature: what an individual drive's tolerances change in the same way.
     sign_pair: the effect that is the same quantity with the other sign. limit_of: the more general effect of which this
     one is a limit. separated_from: names of other effects, each with the test that tells the two apart. shown_by: the
@@ -141,7 +141,7 @@ class Identification:
     """
 
     requirements: tuple[Requirement, ...] = ()
-    confounding_group: ConfoundingGroup | None = None
+    confounding_groups: tuple[ConfoundingGroup, ...] = ()
     tolerance_signature: ToleranceSignature | None = None
     sign_pair: str = ""
     limit_of: str = ""

@@ -44,8 +44,8 @@ def _reason(effect: Effect, other: Effect) -> str:
         return f"{effect.name} is a limit of it"
     if two.limit_of == effect.name:
         return f"a limit of {effect.name}"
-    if one.confounding_group is not None and one.confounding_group is two.confounding_group:
-        return f"also {_GROUPS[one.confounding_group]}"
+    if shared := [group for group in one.confounding_groups if group in two.confounding_groups]:
+        return f"also {_GROUPS[shared[0]]}"
     return "a similar trace" if declared_test(effect.name, other.name) else ""
 
 
@@ -67,9 +67,9 @@ def confusion_lines(effect: Effect) -> list[str]:
     found = confusions(effect)
     lines = [f"{other.name} ({other.reason}); test: {other.test}" for other in found if other.test]
     others = [other for other in found if not other.test]
-    if others:
-        names = ", ".join(other.name for other in others)
-        lines.append(f"{names} ({others[0].reason}); test: those that show either")
+    for reason in dict.fromkeys(other.reason for other in others):
+        names = ", ".join(other.name for other in others if other.reason == reason)
+        lines.append(f"{names} ({reason}); test: those that show either")
     if trace := tolerance_trace(effect):
         lines.append(f"the tolerances of an individual drive, which also make {trace}")
     return lines

@@ -37,13 +37,13 @@ def law_columns(problem: Problem, fit: Fit) -> Array:
 def within_law_errors(problem: Problem, fit: Fit) -> frozenset[str]:
     """The effects of a fit that may be the error of the law of a larger one, which absorb its misfit: their torque has
     at most two standard deviations of that error."""
-    rms = dict(zip(fit.names, np.sqrt(np.mean(_effect_torques(problem, fit) ** 2, axis=0)).tolist(), strict=True))
-    group = {name: find_effect(name).identification.confounding_group for name in fit.names}
+    torques = _effect_torques(problem, fit)
+    rms = dict(zip(fit.names, np.sqrt(np.mean(torques**2, axis=0)).tolist(), strict=True))
+    groups = {name: {*find_effect(name).identification.confounding_groups} for name in fit.names}
     return frozenset(
         name
         for name in fit.names
-        if group[name] is not None
-        and rms[name] < 2 * LAW_ERROR * max(rms[other] for other in fit.names if group[other] is group[name])
+        if any(rms[name] < 2 * LAW_ERROR * rms[other] for other in fit.names if groups[name] & groups[other])
     )
 
 

@@ -19,7 +19,7 @@ MODULUS_ERROR = Effect(
     source="Contacts in series, deflections as compliance^(1/p) (Hertz; paper, eq. 23): see `lookup.modulus`.",
     identification=Identification(
         requirements=(Requirement.DRAWING,),
-        confounding_group=ConfoundingGroup.COMPLIANCE,
+        confounding_groups=(ConfoundingGroup.COMPLIANCE,),
         tolerance_signature=ToleranceSignature.CURVE,
     ),
 )

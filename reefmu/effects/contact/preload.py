@@ -14,6 +14,8 @@ PRELOAD = Effect(
     excitation="Load in both directions through zero torque.",
     source="Equidistant q of the gear profile (paper, section III): an interference for which the contacts are solved.",
     identification=Identification(
-        confounding_group=ConfoundingGroup.CLEARANCE, tolerance_signature=ToleranceSignature.CURVE, sign_pair="backlash"
+        confounding_groups=(ConfoundingGroup.CLEARANCE,),
+        tolerance_signature=ToleranceSignature.CURVE,
+        sign_pair="backlash",
     ),
 )

@@ -18,7 +18,7 @@ THERMAL_CLEARANCE = Effect(
     "3 um/K more than they do. Negative where the inner parts warm up first.",
     identification=Identification(
         requirements=(Requirement.TEMPERATURE,),
-        confounding_group=ConfoundingGroup.CLEARANCE,
+        confounding_groups=(ConfoundingGroup.CLEARANCE,),
         separated_from=(("wear", "the same loops cold, warm and cold again"),),
     ),
 )

@@ -28,6 +28,6 @@ WEAR = Effect(
     excitation="The same loops through zero torque before and after many turns, in one record.",
     source="Archard, Contact and Rubbing of Flat Surfaces (1953): depth in proportion to the sliding distance.",
     identification=Identification(
-        requirements=(Requirement.CRANK_ANGLE,), confounding_group=ConfoundingGroup.CLEARANCE
+        requirements=(Requirement.CRANK_ANGLE,), confounding_groups=(ConfoundingGroup.CLEARANCE,)
     ),
 )

@@ -19,7 +19,7 @@ COULOMB_FRICTION = Effect(
     excitation="Rotation both ways under load of either sign; with a locked crank it looks like hysteresis.",
     source="Dahl, A Solid Friction Model (1968), exponent 1.",
     identification=Identification(
-        confounding_group=ConfoundingGroup.FRICTION,
+        confounding_groups=(ConfoundingGroup.FRICTION,),
         limit_of="stribeck_friction",
         separated_from=(
             ("viscous_friction", "rotate at three speeds, a decade apart, both ways"),

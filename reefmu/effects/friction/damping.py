@@ -13,7 +13,7 @@ DAMPING = Effect(
     excitation="The same loops at three rates, a decade apart.",
     source="Dashpot parallel to the contacts (Kelvin-Voigt).",
     identification=Identification(
-        confounding_group=ConfoundingGroup.FRICTION,
+        confounding_groups=(ConfoundingGroup.FRICTION,),
         separated_from=(
             ("hysteresis", "the same loops at three rates, a decade apart"),
             ("viscous_friction", "rotate at constant twist, and loop with the crank locked"),

@@ -19,7 +19,7 @@ HYSTERESIS = Effect(
     excitation="Loops with reversals larger than the presliding twist.",
     source="Dahl, A Solid Friction Model (1968), exponent 1.",
     identification=Identification(
-        confounding_group=ConfoundingGroup.FRICTION,
+        confounding_groups=(ConfoundingGroup.FRICTION,),
         separated_from=(("load_dependent_hysteresis", "loops of several amplitudes, through zero torque"),),
     ),
 )

@@ -21,5 +21,5 @@ LOAD_DEPENDENT_HYSTERESIS = Effect(
     excitation="Loops to several torques: the loop closes at zero torque and opens with the load.",
     source="Coulomb friction between bodies pressed together by the load; presliding by Dahl, A Solid Friction "
     "Model (1968), exponent 1.",
-    identification=Identification(confounding_group=ConfoundingGroup.FRICTION),
+    identification=Identification(confounding_groups=(ConfoundingGroup.FRICTION,)),
 )

@@ -33,7 +33,7 @@ STRIBECK_FRICTION = Effect(
     source="Armstrong-Helouvry, Dupont and Canudas de Wit, A Survey of Models ... for the Control of Machines "
     "with Friction (1994), exponents from 0.5 to far above 2; the constant part is coulomb_friction.",
     identification=Identification(
-        confounding_group=ConfoundingGroup.FRICTION,
+        confounding_groups=(ConfoundingGroup.FRICTION,),
         separated_from=(("hysteresis", "rotate the output both ways at several speeds under load"),),
     ),
 )

@@ -13,5 +13,5 @@ VISCOUS_FRICTION = Effect(
     equation="output torque -= viscous_friction.coefficient * output speed",
     excitation="Rotation at three speeds, a decade apart.",
     source="Lubricant sheared in bearings and seals, linear in the speed.",
-    identification=Identification(confounding_group=ConfoundingGroup.FRICTION),
+    identification=Identification(confounding_groups=(ConfoundingGroup.FRICTION,)),
 )

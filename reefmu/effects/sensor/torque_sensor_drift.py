@@ -29,7 +29,7 @@ TORQUE_SENSOR_DRIFT = Effect(
     excitation="Unloaded readings, or the same loop, at the beginning and the end of a long record.",
     source="A property of the rig, not of the drive: linear, or settling as its electronics warm up; at any load.",
     identification=Identification(
-        confounding_group=ConfoundingGroup.SENSOR,
+        confounding_groups=(ConfoundingGroup.SENSOR,),
         shown_by="unloaded readings at the beginning and the end of a long record",
     ),
 )

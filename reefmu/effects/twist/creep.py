@@ -28,7 +28,7 @@ CREEP = Effect(
     source="Kelvin-Voigt element: Findley, Lai and Onaran, Creep and Relaxation of Nonlinear Viscoelastic "
     "Materials (1976).",
     identification=Identification(
-        confounding_group=ConfoundingGroup.COMPLIANCE,
+        confounding_groups=(ConfoundingGroup.COMPLIANCE, ConfoundingGroup.FRICTION),
         separated_from=(
             ("structural_compliance", "hold the torque for five time constants, and unload for as long"),
             ("damping", "hold the torque for five time constants, and loop at three rates a decade apart"),
