@@ -32,7 +32,7 @@ def test_the_log_ratio_of_two_sets_is_that_of_simulated_records(wider: float) ->
     """Twenty blocks with four random effects, those of the other set wider or not; with one covariance the mean is half
     the squared separation, which is the variance."""
     rng = np.random.default_rng(1)
-    noise, columns, apart = np.full(20, 0.5), rng.standard_normal((4, 20)), rng.standard_normal(20)
+    noise, columns, apart = np.full(20, 0.5), rng.standard_normal((4, 20)), 0.2 * rng.standard_normal(20)
     true, other = make_weighting(noise, columns, 0.7), make_weighting(noise, wider * columns, 0.7)
     records = 0.7 * rng.standard_normal((N_RECORDS, 4)) @ columns
     records += np.sqrt(noise) * rng.standard_normal((N_RECORDS, 20))
