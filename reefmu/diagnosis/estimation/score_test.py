@@ -62,8 +62,8 @@ def amplitudes(effect: Effect) -> list[int]:
 def start_variants(effect: Effect, trace: Trace, max_twist: float, elements: int) -> list[Array]:
     """Parameter vectors of an effect with neutral amplitudes and varied lengths, times, speeds and phases.
 
-    max_twist: rad, of the base curve; elements: of the drive, whose distance is the step of a phase: the trace of one
-    element is like that of its neighbour, and unlike all others beside the scatter.
+    max_twist: rad, of the base curve; elements: of the drive, whose distance is the step of a phase: beside the scatter
+    the trace of one element is like that of its neighbour, and less like those farther away.
     """
     variants: list[dict[str, float]] = [{}]
     if any(p.name == "phase" for p in effect.parameters):
@@ -101,8 +101,8 @@ def linearise(problem: Problem, name: str, at: Fit, further: Iterable[Array] = (
     starts = [*start_variants(effect, problem.trace, problem.base.max_twist, elements), *further]
     predictor = problem.for_ranking.predictor((*at.names, *(name for _ in starts)))
     places = [list(np.array(sizes) + where.start) for where in predictor.slices[len(at.names) :]]
-    paired = any(p.name.startswith("phase_") for p in effect.parameters)
     of_orders = [k for k, p in enumerate(effect.parameters) if p.name.startswith("phase_")]
+    paired = bool(of_orders)
     parts: list[list[Array]] = []
     for phase in (0.0, np.pi / 2) if paired else (0.0,):
         turned = np.array(starts)

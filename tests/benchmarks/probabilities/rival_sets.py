@@ -24,7 +24,12 @@ from tests.benchmarks.probabilities.likelihood_ratio import log_ratio
 
 def bound(separation: float, advantage: float, least: float = NAMED) -> float:
     """Greatest probability with which a rule that names from a probability of `least` names the truth."""
-    return float(norm.cdf((separation**2 / 2 + advantage - logit(least)) / max(separation, 1e-9)))
+    return float(norm.cdf(_margin(separation, advantage, least)))
+
+
+def _margin(separation: float, advantage: float, least: float) -> float:
+    """By how many of its standard deviations the mean of the log odds exceeds those of a probability `least`."""
+    return float((separation**2 / 2 + advantage - logit(least)) / max(separation, 1e-9))
 
 
 def true_fit(problem: Problem, names: tuple[str, ...], known: Mapping[str, Mapping[str, float]]) -> Fit:
@@ -83,4 +88,5 @@ def nearest(problem: Problem, true: Fit) -> Rival:
             found = expected.fit_from(names, parameters, own.with_size(true.weighting.size), HELD_SIZE)
             mean, deviation = log_ratio(true.weighting, found.weighting, expected.torque - found.prediction.torque)
             rivals.append(Rival(deviation, advantage(found) + mean - deviation**2 / 2, lost, ""))
-    return min(rivals, key=lambda r: bound(r.separation, r.advantage))
+    # Of rivals that are all excluded for certain the margin still tells the nearest.
+    return min(rivals, key=lambda r: _margin(r.separation, r.advantage, NAMED))
