@@ -76,6 +76,24 @@ def signals_raised(last: bool = False) -> Generator[None]:
         sys.unraisablehook = hook
 
 
+@contextlib.contextmanager
+def interrupts_restored() -> Generator[None]:
+    """Raise the `Interrupted` again that an error in the block has replaced.
+
+    Python before 3.12 turns every exception of a `__set_name__` into a `RuntimeError`, codecs turn them into errors of
+    their own, and who imports a library or parses a text may take such an error for one of the input.
+    """
+    try:
+        yield
+    except Exception as error:
+        context = error.__context__
+        while context is not None and not isinstance(context, Interrupted):
+            context = context.__context__
+        if context is None:
+            raise
+        raise context from error
+
+
 def _raise(number: int, frame: FrameType | None) -> None:
     while frame is not None:
         if frame.f_code in UNINTERRUPTED:

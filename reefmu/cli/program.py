@@ -13,7 +13,7 @@ import time
 from collections.abc import Sequence
 
 from .exit_status import DONE, FAILED, WRONG_INPUT, report_error
-from .interrupt import signal_exit_status, signals_raised
+from .interrupt import interrupts_restored, signal_exit_status, signals_raised
 from .parser import build_parser
 
 GROUP_PAUSE = 0.2
@@ -48,7 +48,8 @@ def _run(argv: Sequence[str] | None) -> int:
             source_date(datetime.now(UTC))
         args = build_parser().parse_args(argv)
         args.command_line = shlex.join(["reefmu", *(sys.argv[1:] if argv is None else argv)])
-        status = args.run(args)
+        with interrupts_restored():
+            status = args.run(args)
         sys.stdout.flush()
         return status
     except BrokenPipeError:

@@ -51,6 +51,23 @@ with signals_raised(last=True):
         print(stop.number)
 """
 
+REPLACED = """
+import os, sys
+from reefmu.cli.program import main
+from reefmu.record import unit_conversion
+
+class Attribute:
+    def __set_name__(self, owner, name):
+        os.kill(os.getpid(), int(sys.argv[1]))
+
+def registry():
+    class Registry:
+        attribute = Attribute()
+
+unit_conversion._registry = registry
+sys.exit(main(["diagnose", sys.argv[2], "--power-law", "--out", sys.argv[3]]))
+"""
+
 FOLDER = """
 import os, sys, time
 from reefmu.cli.interrupt import Interrupted, signals_raised
@@ -100,6 +117,18 @@ def test_a_compiled_module_is_loaded_before_a_signal_stops_the_command(number: s
 def test_a_signal_whose_exception_is_discarded_is_raised_again(number: signal.Signals, tmp_path: Path) -> None:
     """Python discards exceptions of callbacks of weak references, with a traceback."""
     assert run(DISCARDED, str(int(number)), folder=tmp_path) == (0, f"{int(number)}\n", "")
+
+
+@posix
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_whose_exception_an_error_of_the_input_replaces_is_raised_again(
+    number: signal.Signals, tmp_path: Path
+) -> None:
+    """While the library of units is imported: Python before 3.12 replaces the exceptions of `__set_name__`."""
+    record = tmp_path / "record.csv"
+    record.write_text("time [s],twist [arcmin],output_torque [N.m]\n0,0,0\n1,1,1\n", "utf-8")
+    expected = (128 + number, "", "reefmu: interrupted\n")
+    assert run(REPLACED, str(int(number)), str(record), str(tmp_path / "out"), folder=tmp_path) == expected
 
 
 @posix
