@@ -13,11 +13,12 @@ from stiffness_model.kinds import AnyDrive
 from stiffness_model.lookup.curve_lookup import CurveLookup
 from stiffness_model.numerics.arrays import Array
 
+from ..effects.effect_facts import select_candidates
 from ..model.chosen_effects import inherent_effects
 from ..model.contacts.tables import cached_lookup
 from ..record import Record
 from .estimation.least_squares import Fit
-from .estimation.problem import Problem, make_weights, search_blocks, select_candidates
+from .estimation.problem import Problem, make_weights, search_blocks
 from .estimation.search import base_fit
 from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base, table_base
 from .losses.crank_losses import CRANK_FRICTION

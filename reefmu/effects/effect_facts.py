@@ -1,14 +1,14 @@
-"""What follows from the declarations of the effects: what an effect may be confused with, an example, a plain table."""
+"""What follows from the declarations of the effects: candidates of a record, confusions, an example, a plain table."""
 
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from stiffness_model.units import MICROMETRE
 
-from . import EFFECTS, ConfoundingGroup, Effect, Parameter, declared_test, find_effect
+from . import EFFECTS, ConfoundingGroup, Effect, Parameter, Requirement, declared_test, find_effect
 
 
 class Confusion(NamedTuple):
@@ -33,6 +33,29 @@ def confusions(effect: Effect) -> list[Confusion]:
         for other in EFFECTS.values()
         if other is not effect and (reason := _reason(effect, other))
     ]
+
+
+def select_candidates(missing: Sequence[str], base_kind: str) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Effects that a record without the columns `missing` can show beside a base curve of this kind, and the excluded
+    ones with the reason."""
+    lacks = {
+        Requirement.TEMPERATURE: "temperature" in missing,
+        Requirement.CRANK_ANGLE: "crank_angle" in missing,
+        Requirement.DRAWING: base_kind != "drawing",
+    }
+    excluded = {
+        name: requirement.value
+        for requirement in Requirement
+        if lacks[requirement]
+        for name, effect in EFFECTS.items()
+        if requirement in effect.identification.requirements
+    }
+    excluded |= {
+        name: effect.identification.not_a_candidate
+        for name, effect in EFFECTS.items()
+        if effect.identification.not_a_candidate
+    }
+    return tuple(name for name in EFFECTS if name not in excluded), excluded
 
 
 def _reason(effect: Effect, other: Effect) -> str:

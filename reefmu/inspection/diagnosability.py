@@ -10,12 +10,12 @@ import numpy as np
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.errors import InputError
 
-from ..diagnosis.estimation.problem import select_candidates
 from ..diagnosis.fitted_values import CrankLosses
 from ..diagnosis.losses.crank_losses import crank_losses, with_losses
 from ..diagnosis.preprocessing.audit import audit, ratio_from_angles
 from ..diagnosis.preprocessing.noise import matching_cycles
 from ..diagnosis.preprocessing.trace import make_trace
+from ..effects.effect_facts import select_candidates
 from ..record import Record
 
 BASES = ("drawing", "power law")

@@ -12,10 +12,11 @@ from stiffness_model.numerics.arrays import Array
 
 from ..diagnosis.discrimination.effect_columns import Sensitivities
 from ..diagnosis.estimation.least_squares import Fit
-from ..diagnosis.estimation.problem import Problem, select_candidates
+from ..diagnosis.estimation.problem import Problem
 from ..diagnosis.estimation.weighting import MIN_EIGENVALUE
 from ..diagnosis.preparation import BaseCurveSource, prepare_problem, prepare_same_motion
 from ..diagnosis.preprocessing.trace import make_trace
+from ..effects.effect_facts import select_candidates
 from ..record import Record
 from .protocols.rig import RigNoise
 

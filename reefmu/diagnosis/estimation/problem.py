@@ -10,7 +10,6 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import EFFECTS, Requirement
 from ..forward.base_curve import BaseCurve
 from ..forward.parameter_layout import N_RIG, ParameterLayout
 from ..forward.predictor import Predictor
@@ -211,29 +210,6 @@ class Problem:
 def search_blocks(trace: Trace) -> Blocks:
     """The blocks on which sets of effects are searched."""
     return make_blocks(trace, max(1, round(len(trace) / SEARCH_BLOCKS)))
-
-
-def select_candidates(missing: Sequence[str], base_kind: str) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Effects that a record without the columns `missing` can show beside a base curve of this kind, and the excluded
-    ones with the reason."""
-    lacks = {
-        Requirement.TEMPERATURE: "temperature" in missing,
-        Requirement.CRANK_ANGLE: "crank_angle" in missing,
-        Requirement.DRAWING: base_kind != "drawing",
-    }
-    excluded = {
-        name: requirement.value
-        for requirement in Requirement
-        if lacks[requirement]
-        for name, effect in EFFECTS.items()
-        if requirement in effect.identification.requirements
-    }
-    excluded |= {
-        name: effect.identification.not_a_candidate
-        for name, effect in EFFECTS.items()
-        if effect.identification.not_a_candidate
-    }
-    return tuple(name for name in EFFECTS if name not in excluded), excluded
 
 
 def make_weights(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from reefmu.diagnosis.estimation.problem import select_candidates
+from reefmu.effects.effect_facts import select_candidates
 from reefmu.diagnosis.fitted_values import NamedEffect
 from reefmu.diagnosis.pipeline import _with_friction_at_the_crank
 from reefmu.diagnosis.report.corrected_model import corrected_model

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis import diagnose_record
-from reefmu.diagnosis.estimation.problem import select_candidates
+from reefmu.effects.effect_facts import select_candidates
 from reefmu.inspection import RecordInspection, inspect_record, inspection_text
 from reefmu.inspection.diagnosability import diagnosability
 from reefmu.inspection.sampling import quantisation_step, sampling
