@@ -123,7 +123,7 @@ def with_individuals(problem: Problem, count: int = N_INDIVIDUALS) -> Problem:
 def _with_scatter(problem: Problem, without_effects: Fit, spread: Spread) -> Problem:
     """The problem with the scatter of its population, at the twist of the contacts in the fit without effects; itself
     without tolerances."""
-    base, trace, blocks, twist = problem.base, problem.trace, problem.blocks, without_effects.prediction.contact
+    base, trace, blocks, twist = problem.base, problem.trace, problem.blocks, without_effects.prediction.contacts.twist
     if base.cycloidal is not None:
         scatter, individuals = cycloidal_scatter(base.cycloidal, trace, blocks, twist, base.lever)
         weights = make_weights(problem.variance, scatter, base.full_torque)

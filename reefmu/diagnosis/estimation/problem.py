@@ -12,7 +12,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ..forward.base_curve import BaseCurve
 from ..forward.parameter_layout import N_RIG, ParameterLayout
-from ..forward.predictor import Predictor
+from ..forward.predictor import Contacts, Predictor
 from ..preprocessing.cycle_scatter import CycleScatter
 from ..preprocessing.cycles import Cycles
 from ..preprocessing.noise import Noise
@@ -31,9 +31,10 @@ from .weighting import (
 
 SEARCH_BLOCKS = 2400
 """Approximate number of blocks on which sets of effects are searched. Chosen by judgement to bound the search time."""
-SAME_TWIST, SAME_CLEARANCE = 0.02, 0.3
-"""Changes of the contacts' twist, over the base curve's greatest twist, and of their clearance, in standard deviations
-of the population, within which the scatter is not computed anew. Chosen by judgement."""
+SAME_TWIST, SAME_CLEARANCE, SAME_GAIN = 0.02, 0.3, 0.005
+"""Changes of the contacts' twist, over the base curve's greatest twist, of their clearance, in standard deviations of
+the population, and of their gain, within which the scatter is not computed anew. Chosen by judgement; with the gain
+the noise changes as well, which alters -2 log likelihoods by less than 0.2."""
 ZERO_SIGN = 0.05
 """Torque of either sign, over full torque, from which the twist's zero must lie among the twists of the record. Chosen
 by judgement, above the usual friction and offset of a sensor."""
@@ -55,11 +56,11 @@ class Problem:
 
     trace: all samples; blocks: n of them, over which residuals are averaged; variance: (n,) (N.m)^2, weight of each
     block, noise and scatter between cycles with their whole autocorrelation; block_variance: (n,) (N.m)^2, variance of
-    both in each block mean;
-    candidates: effects that may be named; excluded: the others, with the reason; scatter: of the population, None
-    without a drawing; weights_cache: memo of `weights_at`; individuals: (m, n) N.m, torque of simulated individual
-    drives less the mean drive's, (0, n) without a drawing; cycle_scatter: between cycles that repeat in torque, None
-    where none do or they repeat in time; cycles: those that repeat in torque, None where none do.
+    both in each block mean; candidates: effects that may be named; excluded: the others, with the reason; scatter: of
+    the population, None without a drawing; weights_cache: memo of `weights_at`; individuals: (m, n) N.m, torque of
+    simulated individual drives less the mean drive's, (0, n) without a drawing; cycle_scatter: between cycles that
+    repeat in torque, None where none do or they repeat in time; cycles: those that repeat in torque, None where none
+    do.
     """
 
     base: BaseCurve
@@ -72,7 +73,7 @@ class Problem:
     candidates: tuple[str, ...]
     excluded: dict[str, str]
     scatter: ToleranceScatter | None
-    weights_cache: list[tuple[Array, Array, Weighting]] = field(default_factory=list)
+    weights_cache: list[tuple[Contacts, Weighting]] = field(default_factory=list)
     individuals: Array = field(default_factory=lambda: np.zeros((0, 0)))
     cycle_scatter: CycleScatter | None = None
     cycles: Cycles | None = None
@@ -143,33 +144,48 @@ class Problem:
         return low - margin, high + margin
 
     def weights_at(self, found: Fit) -> Weighting | None:
-        """Weights with the scatter at the twist and clearance that the contacts have under a fit's effects; None where
-        it is not known yet (`weights_of_contacts`, `remember`).
+        """Weights with the scatter that the contacts have under a fit's effects; None where it is not known yet
+        (`weights_of_contacts`, `remember`).
 
         A drive with backlash scatters where its contacts carry load; a preloaded one scatters at zero torque too.
+        Friction in proportion to the load scatters with it.
         """
         if self.scatter is None or found.weighting.size < INDIVIDUAL_SIZE:
             return self.weights
-        known = (self.scatter.twist, np.zeros(1), self.weights), *self.weights_cache
-        return next((weights for at, play, weights in known if self.are_contacts_at(found, at, play)), None)
+        at = found.prediction.contacts
+        near = (known for known in self._known_weights if self.is_scatter_alike(at, known[0]))
+        return next((weights.with_gain(at.gain / known.gain) for known, weights in near), None)
 
-    def are_contacts_at(self, found: Fit, twist: Array, clearance: Array) -> bool:
-        """Whether the scatter at the contacts of a fit is that at a twist (n,), rad, and a clearance, m."""
+    def is_scatter_alike(self, some: Contacts, others: Contacts) -> bool:
+        """Whether contacts scatter as others do."""
+        return self._are_alike(some, others) and bool(np.abs(some.gain / others.gain - 1).max() < SAME_GAIN)
+
+    def _are_alike(self, some: Contacts, others: Contacts) -> bool:
         assert self.scatter is not None
         near, alike = SAME_TWIST * self.base.max_twist, SAME_CLEARANCE * self.scatter.clearance_deviation
-        at = found.prediction
-        return bool(np.abs(at.contact - twist).max() < near and np.abs(at.clearance - clearance).max() < alike)
+        clearance = np.abs(some.clearance - others.clearance).max()
+        return bool(np.abs(some.twist - others.twist).max() < near and clearance < alike)
+
+    @property
+    def _known_weights(self) -> list[tuple[Contacts, Weighting]]:
+        assert self.scatter is not None
+        n = len(self.scatter.twist)
+        return [(Contacts(self.scatter.twist, np.zeros(n), np.ones(n)), self.weights), *self.weights_cache]
 
     def weights_of_contacts(self, found: Fit, spread: Spread = in_turn) -> Weighting:
         """Weights with the scatter at the contacts of a fit, computed anew; spread: as in `ToleranceScatter`."""
         assert self.scatter is not None
+        at = found.prediction.contacts
+        for known, weights in self._known_weights:
+            if self._are_alike(at, known):
+                return weights.with_scatter_times(at.gain / known.gain)
         beside = self.predictor(found.names).twist_beside_sensors(found.parameters)
-        covariance = self.scatter.covariance_at(found.prediction.contact, found.prediction.clearance, beside, spread)
+        covariance = self.scatter.covariance_at(at.twist, at.clearance, beside, spread) * at.gain * at.gain[:, None]
         return weighting_of_covariance(self.variance, covariance).with_unknown_forms(self.base.full_torque)
 
     def remember(self, found: Fit, weights: Weighting) -> None:
         """Keep the weights at the contacts of a fit for `weights_at`."""
-        self.weights_cache.append((found.prediction.contact, found.prediction.clearance, weights))
+        self.weights_cache.append((found.prediction.contacts, weights))
 
     def fit_from(
         self, names: Sequence[str], start: Array, weights: Weighting | None = None, options: FitOptions | None = None
@@ -180,7 +196,8 @@ class Problem:
 
     def without_weights(self, found: Fit) -> Fit:
         """A fit to send to another process, whose problem has the same weights; others are sent along."""
-        is_own = found.weighting.basis is self.weights.basis
+        own = self.weights
+        is_own = found.weighting.basis is own.basis and np.array_equal(found.weighting.scale, own.scale)
         return replace(found, weighting=without_blocks(found.weighting)) if is_own else found
 
     def with_weights(self, found: Fit) -> Fit:

@@ -232,8 +232,8 @@ def refine(pool: WorkerPool, fits: Sequence[Fit]) -> list[Fit]:
     """Sets fitted to all samples and to the full tolerance, with the scatter at the twist that their contacts have."""
     problem, new = pool.problem, list[Fit]()
     for fit in fits:
-        others = ((other.prediction.contact, other.prediction.clearance) for other in new)
-        if problem.weights_at(fit) is None and not any(problem.are_contacts_at(fit, *other) for other in others):
+        alike = (problem.is_scatter_alike(fit.prediction.contacts, other.prediction.contacts) for other in new)
+        if problem.weights_at(fit) is None and not any(alike):
             new.append(fit)
     for fit, weights in zip(new, pool.weights_of_contacts(new), strict=True):
         problem.remember(fit, weights)
@@ -244,4 +244,7 @@ def _refine(problem: Problem, fit: Fit) -> Fit:
     weights = problem.weights_at(fit)
     assert weights is not None, "the scatter at the contacts of every set was computed before"
     better = problem.fit_from(fit.names, fit.parameters, weights)
+    moved = better.prediction.contacts.gain / fit.prediction.contacts.gain
+    if (moved != 1).any():
+        better = problem.fit_from(fit.names, better.parameters, better.weighting.with_gain(moved))
     return better if problem.for_ranking is not problem or better.cost < fit.cost else fit

@@ -22,9 +22,9 @@ def least_costs(problem: Problem, fits: Sequence[Fit], others: Sequence[Fit] = (
     """The least cost of each fit under its own covariance and those of all fits, `others` among them.
 
     Under another covariance the parameters of the rig and of the base curve follow, to first order, those of effects do
-    not. A covariance at another clearance is that of drives whose mean clearance deviates as much, by their tolerances:
-    the cost grows by the square of that deviation over its standard deviation. Fits of a mean drive keep their cost:
-    their covariance is the noise.
+    not; the gain of the scatter by effects stays that of the fit. A covariance at another clearance is that of drives
+    whose mean clearance deviates as much, by their tolerances: the cost grows by the square of that deviation over its
+    standard deviation. Fits of a mean drive keep their cost: their covariance is the noise.
     """
     sources = {id(fit.weighting.basis): fit for fit in (*fits, *others) if fit.weighting.is_individual}
     found: list[float] = []
@@ -38,7 +38,8 @@ def least_costs(problem: Problem, fits: Sequence[Fit], others: Sequence[Fit] = (
 def _cost_under(problem: Problem, fit: Fit, other: Fit) -> float:
     """The cost of a fit under the covariance of another one."""
     residual = problem.torque - fit.prediction.torque
-    weights = other.weighting.with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
+    gain = fit.prediction.contacts.gain / other.prediction.contacts.gain
+    weights = other.weighting.with_gain(gain).with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
     # A parameter at its bound does not follow: beyond it there is another record.
     own = np.flatnonzero(~fit.at_bound[: N_RIG + problem.base.shape.size])
     basis = absorbing_basis(weights, fit.prediction.sensitivities[:, own], fit.bounds.prior_deviation[own])
@@ -52,5 +53,7 @@ def cost_of_clearance(problem: Problem, fit: Fit, other: Fit) -> float:
     """What the covariance of another fit of an individual costs a fit, in -2 log likelihood: the square of the mean
     deviation of the clearance that it takes, over its standard deviation."""
     assert problem.scatter is not None, "without scatter there is one covariance"
-    deviation = (fit.prediction.clearance - other.prediction.clearance) / problem.scatter.mean_clearance_deviation
+    deviation = (
+        fit.prediction.contacts.clearance - other.prediction.contacts.clearance
+    ) / problem.scatter.mean_clearance_deviation
     return float(np.mean(deviation**2))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,20 +20,34 @@ from .parameter_layout import DELAY, ParameterLayout
 from .record_contacts import RecordContacts
 from .record_stages import RecordStages
 
+LEAST_GAIN = 0.1
+"""Least gain that is distinguished: less is that of a drive which friction nearly locks. Chosen by judgement."""
+
+
+class Contacts(NamedTuple):
+    """twist: (n,) rad, of the contacts; clearance: (n,) m, beyond the drawn one; gain: (n,), what the measured torque
+    changes by with the torque that the drawing's contacts have at this twist, over the geometric mean along the record.
+
+    A record tells where a drive scatters more than elsewhere; that it scatters more as a whole is no evidence of its
+    effects, since tolerances are not known so well.
+    """
+
+    twist: Array
+    clearance: Array
+    gain: Array
+
 
 @dataclass(frozen=True)
 class Prediction:
     """torque: (n,) N.m; sensitivities: (n, k) by the parameters of rig, base shape and effects, in that order;
-    elastic: (n,) N.m; slope: (n,) stiffness, N.m/rad; contact: (n,) rad, twist of the contacts; clearance: (n,) m,
-    beyond the drawn one. n: blocks where the predictor has blocks, else samples.
+    elastic: (n,) N.m; slope: (n,) stiffness, N.m/rad; n: blocks where the predictor has blocks, else samples.
     """
 
     torque: Array
     sensitivities: Array
     elastic: Array
     slope: Array
-    contact: Array
-    clearance: Array
+    contacts: Contacts
 
 
 class Predictor:
@@ -61,7 +76,7 @@ class Predictor:
         return np.asarray(contacts.contact) - self.trace.twist
 
     def _predict(self, parameters: Array) -> Prediction:
-        torque, c = self._stages.run(np.asarray(parameters, float).tolist())
+        (torque, gain), c = self._stages.run(np.asarray(parameters, float).tolist())
         # A torque that is read later is the torque of these angles less, to first order, what it has changed by since.
         # Its own rate shows that also where the elements move on by more than their distance between two samples.
         rate = -self.trace.torque_rate
@@ -71,17 +86,28 @@ class Predictor:
         blocks = self.blocks
         width = n if blocks is None else len(blocks.count)
         clearance = c.clearance if isinstance(c.clearance, np.ndarray) else np.full(width, float(c.clearance))
+        gain = gain if isinstance(gain, np.ndarray) else np.ones(width)
         columns = np.zeros((self.size, width))
         for k, value in torque.tangent.items():
             columns[k] = blocks.mean(value) if blocks is not None and isinstance(value, np.ndarray) else value
         if blocks is None:
-            return Prediction(np.asarray(torque.value), columns.T, elastic, c.stiffness, contact, clearance)
+            contacts = Contacts(contact, clearance, _relative(gain))
+            return Prediction(np.asarray(torque.value), columns.T, elastic, c.stiffness, contacts)
         mean = blocks.mean
         return Prediction(
             mean(np.asarray(torque.value)),
             columns.T,
             mean(elastic),
             mean(c.stiffness),
-            mean(contact),
-            clearance if len(clearance) == width else mean(clearance),
+            Contacts(
+                mean(contact),
+                clearance if len(clearance) == width else mean(clearance),
+                _relative(gain if len(gain) == width else mean(gain)),
+            ),
         )
+
+
+def _relative(gain: Array) -> Array:
+    """A gain over its geometric mean."""
+    log = np.log(np.maximum(gain, LEAST_GAIN))
+    return np.exp(log - log.mean())

@@ -43,11 +43,12 @@ class ContactPoint(NamedTuple):
 
 
 class ContactOutputs(NamedTuple):
-    """Variable c: elastic torque, N.m; its derivative (n,) by the twist, N.m/rad; twist (n,) of the contacts, rad;
-    clearance beyond the drawing's, m."""
+    """Variable c: elastic torque, N.m; its derivatives by the twist, (n,) N.m/rad, and by the torque that the base
+    curve has at the twist of the contacts; that twist, (n,) rad; clearance beyond the drawing's, m."""
 
     elastic: Dual
     stiffness: Array
+    gain: Number
     contact: Array
     clearance: Number
 
@@ -61,11 +62,11 @@ class RecordContacts:
 
     def __call__(self, q: ContactPoint, r: Coefficients) -> ContactOutputs:
         """The contacts in equilibrium with the compliance in series, with exact sensitivities."""
-        clearance = q.clearance
+        clearance, scale = q.clearance, self._scale(r.modulus)[0]
         if r.compliance is None:
             at = np.asarray(q.twist.value)
             torque, stiffness = self._contacts(at, q.twist.tangent, q, r)
-            return ContactOutputs(torque, stiffness, at, clearance.value)
+            return ContactOutputs(torque, stiffness, scale, at, clearance.value)
         compliance, at = r.compliance, np.asarray(q.twist.value - q.offset.value)
         if not is_zero(compliance.value):
             # From the last solution, which a fit or a search for states changes little, fewer steps are needed.
@@ -86,9 +87,8 @@ class RecordContacts:
         accumulate(tangent, q.twist.tangent, stiffness)
         accumulate(tangent, q.offset.tangent, -stiffness)
         accumulate(tangent, compliance.tangent, -stiffness * torque.value)
-        return ContactOutputs(
-            Dual(torque.value, scaled(tangent, softening)), stiffness * softening, at, clearance.value
-        )
+        elastic = Dual(torque.value, scaled(tangent, softening))
+        return ContactOutputs(elastic, stiffness * softening, scale * softening, at, clearance.value)
 
     def _contacts(
         self, at: Array, twist_tangent: Tangent | None, q: ContactPoint, r: Coefficients

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,14 @@ Signals = Mapping[str, Number]
 Variables = dict[str, Any]
 """The variables of `reefmu.model.stages.order` by their names."""
 _NONE: Tangent = {}
+
+
+class MeasuredTorque(NamedTuple):
+    """Variable y: the torque that the sensor reads, N.m, and its derivative, a number or (n,), by the torque that the
+    base curve has at the twist of the contacts, all states held."""
+
+    torque: Dual
+    gain: Number
 
 
 class RecordStages:
@@ -65,9 +73,9 @@ class RecordStages:
             for place in {k.effect.place for k in functions}
         }
         self._direction = np.sign(increments(trace.smooth_twist, trace.start))
-        self._known: dict[int, tuple[tuple[Dual, ...], list[Dual]]] = {}
+        self._known: dict[int, tuple[tuple[Dual, ...], list[Partials], list[Dual]]] = {}
 
-    def run(self, p: Sequence[float]) -> tuple[Dual, ContactOutputs]:
+    def run(self, p: Sequence[float]) -> tuple[MeasuredTorque, ContactOutputs]:
         """The measured torque, and what the contacts give, for a vector of parameters."""
         self._known.clear()
         variables = self._chain(
@@ -130,13 +138,16 @@ class RecordStages:
 
         return self.states.advance_time(x, k, p, contacts)
 
-    def output(self, x: States, _u: Signals, k: Kinematics, p: Sequence[float], c: ContactOutputs) -> Dual:
-        """The torque at the end of the chain, as the sensor reads it."""
+    def output(self, x: States, _u: Signals, k: Kinematics, p: Sequence[float], c: ContactOutputs) -> MeasuredTorque:
+        """The torque at the end of the chain."""
         k = k._replace(signals={**k.signals, "elastic_torque": c.elastic.value})
-        torque = c.elastic
+        torque, by_elastic = c.elastic, 1.0
         for place, sign in TORQUE_CHAIN:
             torque = torque.plus(self._total(place, x, k, p, c.elastic.tangent), sign)
-        return torque
+            by_elastic = by_elastic + sign * sum(
+                self._known[index][1][0].by_elastic for index in self._at.get(place, ())
+            )
+        return MeasuredTorque(torque, c.gain * by_elastic)
 
     # -- contributions of the effects -----------------------------------------------------------------------
 
@@ -153,9 +164,9 @@ class RecordStages:
             states, known = x[index], self._known.get(index)
             if known is None or known[0] is not states:
                 values = self.functions[index].contribution(k.signals, p[self.slices[index]], [s.value for s in states])
-                known = states, [self._dual(index, v, states, k.twist.tangent, elastic) for v in values]
+                known = states, values, [self._dual(index, v, states, k.twist.tangent, elastic) for v in values]
                 self._known[index] = known
-            found.append(known[1])
+            found.append(known[2])
         return found
 
     def _total(self, place: Place, x: States, k: Kinematics, p: Sequence[float], elastic: Tangent = _NONE) -> Dual:

@@ -28,9 +28,11 @@ class SimulatedRecords:
     noise: Array
     drives: Array
 
-    def under(self, weighting: Weighting) -> Array:
-        """(n, m) N.m, the records of drives that scatter as widely as a weighting says."""
-        return self.noise + weighting.size * self.drives if self.drives.size else self.noise
+    def under(self, weighting: Weighting, gain: Array | float = 1.0) -> Array:
+        """(n, m) N.m, the records of drives that scatter as widely as a weighting says; gain: (n,), see `Contacts`."""
+        if not self.drives.size:
+            return self.noise
+        return self.noise + weighting.size * (self.drives.T * gain).T
 
 
 def simulate_records(problem: Problem, count: int, seed: int) -> SimulatedRecords:

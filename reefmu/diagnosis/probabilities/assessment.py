@@ -76,12 +76,14 @@ def stated_sizes(problem: Problem, priors: Priors = NO_PRIORS) -> dict[str, floa
 def record_isolability(problem: Problem, base: Fit, chosen: Fit, sizes: Mapping[str, float]) -> IsolabilityMatrix:
     """Probability that effect j is named while effect i is true at its typical size, along this record.
 
-    base: the fit without effects, about which the effects are linearised; chosen: the fit whose covariance holds.
+    base: the fit without effects, about which the effects are linearised; chosen: the fit whose covariance holds, but
+    for the gain of the scatter by its effects.
     Laws, covariance and base curve are taken as known, so that the probabilities are upper bounds.
     """
     if not problem.candidates:
         return IsolabilityMatrix((), ())
     columns = sensitivities(problem, base, sizes)
     single = make_hypotheses(columns, [(name,) for name in problem.candidates])
-    found = isolability(scores_of_records(columns, chosen.weighting, N_RECORDS, 0), single, single)
+    weights = chosen.weighting.with_gain(1 / chosen.prediction.contacts.gain)
+    found = isolability(scores_of_records(columns, weights, N_RECORDS, 0), single, single)
     return IsolabilityMatrix(found.true, tuple(tuple(float(p) for p in row[:-1]) for row in found.matrix[1:]))

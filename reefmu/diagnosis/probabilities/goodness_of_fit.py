@@ -28,7 +28,7 @@ def global_p(problem: Problem, fit: Fit, seed: int = 0) -> float:
 def p_value(problem: Problem, fit: Fit, residual: Array, seed: int = 0) -> float:
     """The p-value of a residual (n,), N.m, beside a fit."""
     basis = absorbing_basis(fit.weighting, fit.prediction.sensitivities, fit.bounds.prior_deviation)
-    records = simulate_records(problem, N_RECORDS, seed).under(fit.weighting)
+    records = simulate_records(problem, N_RECORDS, seed).under(fit.weighting, fit.prediction.contacts.gain)
     measured = float(_left(fit.weighting, basis, residual[:, None])[0])
     return float((1 + (_left(fit.weighting, basis, records) >= measured).sum()) / (1 + N_RECORDS))
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import stiffness_model as sm
-from reefmu.effects.effect_facts import select_candidates
 from reefmu.diagnosis.fitted_values import NamedEffect
 from reefmu.diagnosis.pipeline import _with_friction_at_the_crank
 from reefmu.diagnosis.report.corrected_model import corrected_model
 from reefmu.diagnosis.schema import Diagnosis, Gap
+from reefmu.effects.effect_facts import select_candidates
 from reefmu.model.chosen_effects import inherent_effects, undiagnosed_effects
 from reefmu.model.drive_model import describe_effects
 from reefmu.model.model_file import load_model, save_model

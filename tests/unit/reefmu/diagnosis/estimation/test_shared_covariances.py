@@ -59,10 +59,11 @@ def test_a_covariance_at_another_clearance_costs_as_much_as_that_clearance(probl
     likelier = replace(
         nothing.weighting, basis=nothing.weighting.basis.copy(), eigenvalues=nothing.weighting.eigenvalues / 2
     )
-    beside = nothing.prediction.clearance - clearances * problem.scatter.mean_clearance_deviation
+    at = nothing.prediction.contacts
+    beside = at._replace(clearance=at.clearance - clearances * problem.scatter.mean_clearance_deviation)
     alike, apart = (
-        replace(nothing, weighting=likelier, prediction=replace(nothing.prediction, clearance=clearance))
-        for clearance in (nothing.prediction.clearance, beside)
+        replace(nothing, weighting=likelier, prediction=replace(nothing.prediction, contacts=contacts))
+        for contacts in (at, beside)
     )
     (shared,), (moved,) = (least_costs(problem, [replace(nothing, cost=1e9)], [other]) for other in (alike, apart))
     assert moved - shared == pytest.approx(clearances**2, rel=1e-9)

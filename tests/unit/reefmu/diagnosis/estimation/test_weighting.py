@@ -173,3 +173,21 @@ def test_further_random_effects_add_to_the_covariance(seed: int, size: float) ->
     white = weights.with_random_effects(columns).whiten(values)
     expected = values.T @ np.linalg.solve(dense + columns @ columns.T, values)
     np.testing.assert_allclose(white.T @ white, expected, rtol=1e-8, atol=1e-9)
+
+
+@given(st.integers(0, 1000))
+def test_a_gain_multiplies_the_scatter_and_may_multiply_the_noise(seed: int) -> None:
+    """The torque of an effect in proportion to that of the contacts scatters with it; `with_gain` takes noise along."""
+    weights, dense, values = example(seed, 1.0)
+    gain = np.random.default_rng(seed).uniform(0.9, 1.1, N)
+    gain /= np.exp(np.log(gain).mean())
+    noise = 1 / weights.scale**2
+    scatter = dense - np.diag(noise)
+    exact = np.diag(noise) + gain[:, None] * scatter * gain
+    assert weights.with_scatter_times(gain).cost(values[:, 0]) == pytest.approx(
+        dense_cost(weights, exact, values[:, 0])
+    )
+    both = gain[:, None] * dense * gain
+    assert weights.with_gain(gain).cost(values[:, 0]) == pytest.approx(dense_cost(weights, both, values[:, 0]))
+    back = weights.with_gain(gain).with_gain(1 / gain)
+    assert back.cost(values[:, 0]) == pytest.approx(weights.cost(values[:, 0]))

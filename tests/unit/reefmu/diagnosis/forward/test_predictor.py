@@ -1,18 +1,21 @@
 """The predictor agrees with the simulated model, and its sensitivities with finite differences."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from reefmu.diagnosis.forward.base_curve import drawing_base
+from reefmu.diagnosis.forward.elastic import ElasticTorque
 from reefmu.diagnosis.forward.predictor import Predictor
+from reefmu.diagnosis.forward.vectorised import Number
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.effects import EFFECTS
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.model.drive_model import build_model
 from reefmu.record import make_record
 from reefmu.simulate import simulate_record
+from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
 
 SETS = [
@@ -43,6 +46,36 @@ def test_torque_and_sensitivities(names: tuple[str, ...]) -> None:
         # Finite differences cross the kinks of friction and are less accurate than the sensitivities.
         error = np.sqrt(np.mean((slope - found.sensitivities[:, k]) ** 2))
         assert error <= 1e-2 * np.sqrt(np.mean(slope**2)) + 1e-9, names
+
+
+@dataclass(frozen=True)
+class RaisedTorque:
+    """An elastic torque that is larger by `by`, N.m, at every twist, as an individual's may be."""
+
+    inner: ElasticTorque
+    by: float
+
+    def evaluate(
+        self, twist: Array, clearance: Number, shape: Array, *, by_clearance: bool = True
+    ) -> tuple[Array, Array, Number, list[Array]]:
+        """See `ElasticTorque`."""
+        value, *others = self.inner.evaluate(twist, clearance, shape, by_clearance=by_clearance)
+        return (value + self.by, *others)
+
+
+@pytest.mark.parametrize("names", [*SETS[:4], ("modulus_error", "structural_compliance", "load_dependent_hysteresis")])
+def test_the_gain_is_what_the_torque_changes_by_with_that_of_the_contacts(names: tuple[str, ...]) -> None:
+    record, base = rig.protocol(), drawing_base(rig.drive(), cached_lookup(rig.drive()))
+    trace = make_trace(record, rig.drive().ratio)
+    p = np.array([0.0, 0.0, *(parameter.nominal for n in names for parameter in EFFECTS[n].parameters)])
+    raised = replace(base, elastic=RaisedTorque(base.elastic, 1e-4))
+    expected = (Predictor(trace, raised, names)(p).torque - Predictor(trace, base, names)(p).torque) / 1e-4
+    found = Predictor(trace, base, names)(p).contacts.gain
+    assert np.log(found).mean() == pytest.approx(0.0, abs=1e-12)
+    away = np.abs(Predictor(trace, base, names)(p).elastic) > 0.1  # from the kink of friction in proportion to it
+    over = expected[away] / found[away]
+    np.testing.assert_allclose(over, over.mean(), atol=1e-4)
+    assert np.ptp(found) > 1e-3 or not {"structural_compliance", "load_dependent_hysteresis"} & {*names}
 
 
 @pytest.mark.parametrize("name", ["coulomb_friction", "hysteresis", "damping"])
