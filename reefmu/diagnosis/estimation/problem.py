@@ -22,6 +22,7 @@ from ..random_effects.tolerance_scatter import Spread, ToleranceScatter, in_turn
 from .least_squares import Fit, FitOptions, ParameterBounds, fit, make_bounds
 from .weighting import (
     INDIVIDUAL_SIZE,
+    SAME_GAIN,
     Weighting,
     has_no_blocks,
     make_weighting,
@@ -31,10 +32,9 @@ from .weighting import (
 
 SEARCH_BLOCKS = 2400
 """Approximate number of blocks on which sets of effects are searched. Chosen by judgement to bound the search time."""
-SAME_TWIST, SAME_CLEARANCE, SAME_GAIN = 0.02, 0.3, 0.005
-"""Changes of the contacts' twist, over the base curve's greatest twist, of their clearance, in standard deviations of
-the population, and of their gain, within which the scatter is not computed anew. Chosen by judgement; with the gain
-the noise changes as well, which alters -2 log likelihoods by less than 0.2."""
+SAME_TWIST, SAME_CLEARANCE = 0.02, 0.3
+"""Changes of the contacts' twist, over the base curve's greatest twist, and of their clearance, in standard deviations
+of the population, within which the scatter is not computed anew. Chosen by judgement."""
 ZERO_SIGN = 0.05
 """Torque of either sign, over full torque, from which the twist's zero must lie among the twists of the record. Chosen
 by judgement, above the usual friction and offset of a sensor."""
@@ -178,7 +178,7 @@ class Problem:
         at = found.prediction.contacts
         for known, weights in self._known_weights:
             if self._are_alike(at, known):
-                return weights.with_scatter_times(at.gain / known.gain)
+                return weights.with_gain(at.gain / known.gain)
         beside = self.predictor(found.names).twist_beside_sensors(found.parameters)
         covariance = self.scatter.covariance_at(at.twist, at.clearance, beside, spread) * at.gain * at.gain[:, None]
         return weighting_of_covariance(self.variance, covariance).with_unknown_forms(self.base.full_torque)

@@ -11,11 +11,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stiffness_model.numerics.arrays import Array
+
 from ..forward.parameter_layout import N_RIG
 from .least_squares import Fit
 from .problem import Problem
 from .score_test import absorbing_basis
-from .weighting import INDIVIDUAL_SIZE
+from .weighting import INDIVIDUAL_SIZE, SAME_GAIN, Weighting
 
 
 def least_costs(problem: Problem, fits: Sequence[Fit], others: Sequence[Fit] = ()) -> list[float]:
@@ -27,19 +29,33 @@ def least_costs(problem: Problem, fits: Sequence[Fit], others: Sequence[Fit] = (
     standard deviation. Fits of a mean drive keep their cost: their covariance is the noise.
     """
     sources = {id(fit.weighting.basis): fit for fit in (*fits, *others) if fit.weighting.is_individual}
+    known: dict[int, list[tuple[Array, Weighting]]] = {
+        key: [(at.prediction.contacts.gain, at.weighting)] for key, at in sources.items()
+    }
+
+    def weights_at_gain(key: int, gain: Array) -> Weighting:
+        """Those of a source, with the gain of a fit."""
+        for at, weights in known[key]:
+            if np.abs(gain / at - 1).max() < SAME_GAIN:
+                return weights.with_gain(gain / at)
+        at, weights = known[key][0]
+        known[key].append((gain, weights.with_gain(gain / at)))
+        return known[key][-1][1]
+
     found: list[float] = []
     for fit in fits:
         own = fit.weighting
-        foreign = [at for key, at in sources.items() if own.is_individual and key != id(own.basis)]
-        found.append(min([fit.cost, *(_cost_under(problem, fit, at) for at in foreign)]))
+        foreign = [key for key in sources if own.is_individual and key != id(own.basis)]
+        gain = fit.prediction.contacts.gain
+        costs = [_cost_under(problem, fit, sources[key], weights_at_gain(key, gain)) for key in foreign]
+        found.append(min([fit.cost, *costs]))
     return found
 
 
-def _cost_under(problem: Problem, fit: Fit, other: Fit) -> float:
-    """The cost of a fit under the covariance of another one."""
+def _cost_under(problem: Problem, fit: Fit, other: Fit, weights: Weighting) -> float:
+    """The cost of a fit under the covariance of another one; weights: of that, with the gain of the fit."""
     residual = problem.torque - fit.prediction.torque
-    gain = fit.prediction.contacts.gain / other.prediction.contacts.gain
-    weights = other.weighting.with_gain(gain).with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
+    weights = weights.with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
     # A parameter at its bound does not follow: beyond it there is another record.
     own = np.flatnonzero(~fit.at_bound[: N_RIG + problem.base.shape.size])
     basis = absorbing_basis(weights, fit.prediction.sensitivities[:, own], fit.bounds.prior_deviation[own])

@@ -33,6 +33,9 @@ UNKNOWN_FORMS = 0.001
 say how much parts deviate and not in which forms, and what is not as it is taken to be shows most in small components.
 Chosen among 0, 0.0003, 0.0006, 0.001, 0.002, 0.003 and 0.005 by the likelihood of records of individuals
 (`tests/benchmarks/probabilities/bench_unknown_forms.py`), which is greatest for it in two catalogues."""
+SAME_GAIN = 0.005
+"""Change of the gain of the scatter up to which that of the noise is taken to change as well, which saves a
+decomposition and changes -2 log likelihoods by a few units at most; chosen by judgement."""
 LEFT_OUT = MIN_EIGENVALUE / 1000
 """Variance of every block, over that of the noise, below which the decomposition of a covariance ends. -2 log
 likelihoods change by less than 0.01, and by up to 0.6 where it is ten times as large."""
@@ -119,12 +122,9 @@ class Weighting:
         return float((self.whiten(residual) ** 2).sum()) + self.log_determinant
 
     def with_gain(self, gain: Array) -> Weighting:
-        """For a scatter that is `gain` (n,) times as large in the torque, 1 in the geometric mean; so is the noise,
-        which saves a decomposition and changes nothing to first order."""
-        return replace(self, scale=self.scale / gain)
-
-    def with_scatter_times(self, gain: Array) -> Weighting:
-        """For the same noise and a scatter that is `gain` (n,) times as large in the torque."""
+        """For a scatter that is `gain` (n,) times as large in the torque, 1 in the geometric mean."""
+        if np.abs(gain - 1).max() < SAME_GAIN:
+            return replace(self, scale=self.scale / gain)
         return make_weighting(self.scale**-2, self.components * gain, self.size)
 
     def with_size(self, size: float) -> Weighting:

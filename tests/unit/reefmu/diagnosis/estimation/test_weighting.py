@@ -175,19 +175,15 @@ def test_further_random_effects_add_to_the_covariance(seed: int, size: float) ->
     np.testing.assert_allclose(white.T @ white, expected, rtol=1e-8, atol=1e-9)
 
 
-@given(st.integers(0, 1000))
-def test_a_gain_multiplies_the_scatter_and_may_multiply_the_noise(seed: int) -> None:
-    """The torque of an effect in proportion to that of the contacts scatters with it; `with_gain` takes noise along."""
+@given(st.integers(0, 1000), st.sampled_from([0.004, 0.2]))
+def test_a_gain_multiplies_the_scatter(seed: int, greatest: float) -> None:
+    """The torque of an effect in proportion to that of the contacts scatters with it, noise does not; a small gain is
+    right to first order."""
     weights, dense, values = example(seed, 1.0)
-    gain = np.random.default_rng(seed).uniform(0.9, 1.1, N)
-    gain /= np.exp(np.log(gain).mean())
-    noise = 1 / weights.scale**2
-    scatter = dense - np.diag(noise)
-    exact = np.diag(noise) + gain[:, None] * scatter * gain
-    assert weights.with_scatter_times(gain).cost(values[:, 0]) == pytest.approx(
-        dense_cost(weights, exact, values[:, 0])
-    )
-    both = gain[:, None] * dense * gain
-    assert weights.with_gain(gain).cost(values[:, 0]) == pytest.approx(dense_cost(weights, both, values[:, 0]))
-    back = weights.with_gain(gain).with_gain(1 / gain)
-    assert back.cost(values[:, 0]) == pytest.approx(weights.cost(values[:, 0]))
+    log = np.random.default_rng(seed).uniform(-greatest, greatest, N)
+    gain = np.exp((log - log.mean()) / 2)
+    noise = np.diag(weights.scale**-2)
+    expected = noise + gain[:, None] * (dense - noise) * gain
+    found = [weights.with_gain(gain).cost(column) for column in values.T * weights.scale**-1]
+    exact = [dense_cost(weights, expected, column) for column in values.T * weights.scale**-1]
+    assert np.mean(found) == pytest.approx(np.mean(exact), abs=0.03 if greatest < 0.1 else 1e-6)
