@@ -14,7 +14,7 @@ from stiffness_model.numerics.arrays import Array
 from ...effects import find_effect
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..estimation.score_test import amplitudes
+from ..estimation.score_test import absorbing_basis, amplitudes
 from .coordinates import over_range, speed_functions, wave
 
 LAW_ERROR = 0.05
@@ -35,15 +35,27 @@ def law_columns(problem: Problem, fit: Fit) -> Array:
 
 
 def within_law_errors(problem: Problem, fit: Fit) -> frozenset[str]:
-    """The effects of a fit that may be the error of the law of a larger one, which absorb its misfit: their torque has
-    at most two standard deviations of that error."""
-    torques = _effect_torques(problem, fit)
-    rms = dict(zip(fit.names, np.sqrt(np.mean(torques**2, axis=0)).tolist(), strict=True))
-    groups = {name: {*find_effect(name).identification.confounding_groups} for name in fit.names}
+    """The effects of a fit that may be the error of the law of a larger one of their kind, which absorbs its misfit.
+
+    What the record shows of them beside the base curve and the larger effect has at most two standard deviations of
+    that error: two effects that nearly cancel each other are larger than what they are in all.
+    """
+    groups = [{*find_effect(name).identification.confounding_groups} for name in fit.names]
+    alike = [(k, other) for k, own in enumerate(groups) for other, its in enumerate(groups) if k != other and own & its]
+    if not alike:
+        return frozenset()
+    n_base = problem.layout(()).n_base
+    sensitivities, deviations = fit.prediction.sensitivities[:, :n_base], fit.bounds.prior_deviation[:n_base]
+    basis = absorbing_basis(fit.weighting, sensitivities, deviations)
+    white = fit.weighting.whiten(_effect_torques(problem, fit))
+    shown = white - basis @ (basis.T @ white)
+    products = shown.T @ shown
+    squares = np.diag(products)
+    beside = squares[:, None] - products**2 / np.maximum(squares, 1e-300)
     return frozenset(
-        name
-        for name in fit.names
-        if any(rms[name] < 2 * LAW_ERROR * rms[other] for other in fit.names if groups[name] & groups[other])
+        fit.names[k]
+        for k, other in alike
+        if squares[k] <= squares[other] and beside[k, other] < (2 * LAW_ERROR) ** 2 * squares[other]
     )
 
 
