@@ -128,7 +128,7 @@ def check_schedule(
     for seed, (problem, fit) in zip(PROTOCOL_SEEDS, problems_of_records(drive, records), strict=True):
         columns = sensitivities(with_individuals(problem, N_INDIVIDUALS), fit, setting.sizes, setting.names)
         if own:
-            divided = dispersion(problem, [(fit, None)], 0.0)
+            divided = dispersion(problem, [(fit, None)])
             simulated = scores_of_records(columns, fit.weighting, DRAWS, seed, divided)
         else:
             simulated = gaussian_scores(record_information(columns, noise), DRAWS, seed)

@@ -17,8 +17,6 @@ from stiffness_model.numerics.arrays import Array
 from ...effects import find_effect
 from ..calibrated_odds import NAMED, log_odds
 from ..estimation.search import MIN_GAIN
-from ..estimation.weighting import INDIVIDUAL_SIZE
-from ..inference.dispersion import COVARIANCE_ERROR
 from .amplitude_evidence import AmplitudeEvidence
 from .rival_hypotheses import RivalHypothesis
 from .simulated_scores import SimulatedScores
@@ -29,7 +27,6 @@ class SimulatedTable:
 
     def __init__(self, simulated: SimulatedScores, candidates: Sequence[RivalHypothesis]) -> None:
         self._at, self._candidates = simulated.at, candidates
-        self._individual = np.array([at.size >= INDIVIDUAL_SIZE for at in simulated.at])
         self._sets = _Sets(range(len(candidates)), candidates)
         self._evidence = [AmplitudeEvidence(at.information, self._sets.combinations) for at in simulated.at]
         self._beside: dict[tuple[int, int], tuple[_Sets, AmplitudeEvidence]] = {}
@@ -51,9 +48,7 @@ class SimulatedTable:
         count = np.zeros(log.shape)
         count[1 : 1 + len(n_effects)] = n_effects[:, None]
         count[1 + len(n_effects) :] = n_effects[parent] + 1
-        below = log.max(axis=0) - log
-        below = below / (1 + COVARIANCE_ERROR**2 * 2 * below[0] * self._individual[own_size])
-        log_posterior = log_odds(below, count)
+        log_posterior = log_odds(log.max(axis=0) - log, count)
         log_posterior -= np.asarray(logsumexp(log_posterior, axis=0))
         best = log_posterior.argmax(axis=0)
         is_named = (best > 0) & (best <= len(n_effects)) & (log_posterior[best, draws] >= np.log(NAMED))

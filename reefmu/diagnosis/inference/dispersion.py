@@ -1,7 +1,6 @@
 """By how much evidence exceeds what the covariance of a record allows: its dispersion.
 
-Gains in -2 log likelihood are divided by what even the likeliest explanation leaves beyond noise and scatter, and by
-the error of laws and scatter beside large effects.
+Gains in -2 log likelihood are divided by what even the likeliest explanation leaves beyond noise and scatter.
 """
 
 from __future__ import annotations
@@ -13,19 +12,13 @@ from ..estimation.problem import Problem
 from ..estimation.residuals import estimate_overdispersion
 from .nonparametric import TermFit
 
-COVARIANCE_ERROR = 0.005
-"""Error of the trace of large effects on an individual, over the trace: the laws of effects and the scatter beside them
-are no better known. Chosen before 0.01 by the calibration of the probabilities on 183 records, whose log score is
-greater by 0.01."""
 
-
-def dispersion(problem: Problem, explanations: Sequence[tuple[Fit, TermFit | None]], gain: float) -> float:
+def dispersion(problem: Problem, explanations: Sequence[tuple[Fit, TermFit | None]]) -> float:
     """Variance of the residual over that of the weights, at least 1: what the likeliest explanation leaves in all over
     what it should (Pearson's estimate: McCullagh and Nelder, Generalized Linear Models, 1989, section 4.5), or what any
     leaves everywhere, where noise is larger or slower than estimated, whichever is more.
 
-    explanations: fits with or without a nonparametric term beside; gain: greatest one in -2 log likelihood, of effects
-    on an individual, 0 on the mean drive.
+    explanations: fits with or without a nonparametric term beside.
     """
 
     def explained(beside: TermFit | None) -> float:
@@ -37,4 +30,4 @@ def dispersion(problem: Problem, explanations: Sequence[tuple[Fit, TermFit | Non
         estimate_overdispersion(problem, one, problem.torque - one.prediction.torque - (term.torque if term else 0))
         for one, term in explanations
     )
-    return max(in_all, everywhere) + COVARIANCE_ERROR**2 * gain
+    return max(in_all, everywhere)

@@ -84,11 +84,10 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
     mean_drive = [*_for_mean_drive(problem, base, best_fits)]
     off_curve = [*_with_curve_within_tolerance(problem, base, best_fits)]
     plain = (*best_fits, *mean_drive, *off_curve)
-    nothing = least_costs(problem, [base], best_fits)[0]
+    nothing, *least = least_costs(problem, [base, *best_fits])
     compared = _beside_unnamed(problem, plain)
     explanations = [*((fit, None) for fit in plain), *compared]
-    gain_of_individual = max(base.cost - fits[0].cost, 0.0) if fits[0].weighting.is_individual else 0.0
-    divided = dispersion(problem, explanations, gain_of_individual)
+    divided = dispersion(problem, explanations)
 
     records, chance = simulate_records(problem, N_WITH_TERMS, seed=0), dict[float, float]()
 
@@ -110,7 +109,7 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
         return Row(effects, beside is not None, log_evidence, fit, beside, share)
 
     rows = [row(fit, fit.cost) for fit in (*fits, *off_curve)]
-    rows += [row(*both) for both in zip(best_fits, least_costs(problem, best_fits), strict=True)]
+    rows += [row(*both) for both in zip(best_fits, least, strict=True)]
     likeliest = max(rows, key=lambda r: r.log_evidence).fit
     exchanged = [*exchanged_fits(problem, likeliest)]
     rows += [row(*both) for both in zip(exchanged, least_costs(problem, exchanged, best_fits), strict=True)]
