@@ -245,6 +245,6 @@ def _refine(problem: Problem, fit: Fit) -> Fit:
     assert weights is not None, "the scatter at the contacts of every set was computed before"
     better = problem.fit_from(fit.names, fit.parameters, weights)
     moved = better.prediction.contacts.gain / fit.prediction.contacts.gain
-    if (moved != 1).any():
+    if better.weighting.is_individual and (moved != 1).any():
         better = problem.fit_from(fit.names, better.parameters, better.weighting.with_gain(moved))
     return better if problem.for_ranking is not problem or better.cost < fit.cost else fit

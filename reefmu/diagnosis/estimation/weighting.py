@@ -122,7 +122,10 @@ class Weighting:
         return float((self.whiten(residual) ** 2).sum()) + self.log_determinant
 
     def with_gain(self, gain: Array) -> Weighting:
-        """For a scatter that is `gain` (n,) times as large in the torque, 1 in the geometric mean."""
+        """For a scatter that is `gain` (n,) times as large in the torque, 1 in the geometric mean; unchanged unless it
+        is that of an individual drive."""
+        if not self.is_individual:
+            return self
         if np.abs(gain - 1).max() < SAME_GAIN:
             return replace(self, scale=self.scale / gain)
         return make_weighting(self.scale**-2, self.components * gain, self.size)

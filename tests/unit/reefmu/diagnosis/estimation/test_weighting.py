@@ -187,3 +187,5 @@ def test_a_gain_multiplies_the_scatter(seed: int, greatest: float) -> None:
     found = [weights.with_gain(gain).cost(column) for column in values.T * weights.scale**-1]
     exact = [dense_cost(weights, expected, column) for column in values.T * weights.scale**-1]
     assert np.mean(found) == pytest.approx(np.mean(exact), abs=0.03 if greatest < 0.1 else 1e-6)
+    mean_drive = weights.for_mean_drive()
+    assert mean_drive.with_gain(gain) is mean_drive
