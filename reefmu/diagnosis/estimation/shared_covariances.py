@@ -8,6 +8,7 @@ must gain by its effects and not by such a covariance, which is therefore open t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,56 +21,72 @@ from .score_test import absorbing_basis
 from .weighting import INDIVIDUAL_SIZE, SAME_GAIN, Weighting
 
 
+@dataclass(frozen=True)
+class _Covariance:
+    """The covariance of a fit of an individual; known: what it is at several gains of the scatter."""
+
+    source: Fit
+    known: list[tuple[Array, Weighting]]
+
+    def is_that_of(self, fit: Fit) -> bool:
+        """Whether another fit has it, with its own gain."""
+        return self.source.weighting.basis is fit.weighting.basis and _are_alike(self.known[0][0], _gain(fit))
+
+    def with_gain_of(self, fit: Fit) -> Weighting:
+        """What it would be for a drive with the effects of another fit."""
+        wanted, (first, own) = _gain(fit), self.known[0]
+        for gain, weights in self.known:
+            if _are_alike(gain, wanted):
+                return weights.with_gain(wanted / gain)
+        self.known.append((wanted, own.with_gain(wanted / first)))
+        return self.known[-1][1]
+
+
+def _gain(fit: Fit) -> Array:
+    return fit.prediction.contacts.gain
+
+
+def _are_alike(gain: Array, other: Array) -> bool:
+    return bool(np.abs(other / gain - 1).max() < SAME_GAIN)
+
+
 def least_costs(problem: Problem, fits: Sequence[Fit], others: Sequence[Fit] = ()) -> list[float]:
     """The least cost of each fit under its own covariance and those of all fits, `others` among them.
 
-    Under another covariance the parameters of the rig and of the base curve follow, to first order, those of effects do
-    not; the gain of the scatter by effects stays that of the fit. A covariance at another clearance is that of drives
-    whose mean clearance deviates as much, by their tolerances: the cost grows by the square of that deviation over its
-    standard deviation. Fits of a mean drive keep their cost: their covariance is the noise.
+    Of several fits that were made under one covariance the first, `others` before `fits`, is the one at whose contacts
+    it holds. Under another covariance the parameters of the rig and of the base curve follow, to first order, those of
+    effects do not; the gain of the scatter by effects stays that of the fit. A covariance at another clearance is that
+    of drives whose mean clearance deviates as much, by their tolerances: the cost grows by the square of that deviation
+    over its standard deviation. Fits of a mean drive keep their cost: their covariance is the noise.
     """
-    sources = {id(fit.weighting.basis): fit for fit in (*fits, *others) if fit.weighting.is_individual}
-    known: dict[int, list[tuple[Array, Weighting]]] = {
-        key: [(at.prediction.contacts.gain, at.weighting)] for key, at in sources.items()
-    }
-
-    def weights_at_gain(key: int, gain: Array) -> Weighting:
-        """Those of a source, with the gain of a fit."""
-        for at, weights in known[key]:
-            if np.abs(gain / at - 1).max() < SAME_GAIN:
-                return weights.with_gain(gain / at)
-        at, weights = known[key][0]
-        known[key].append((gain, weights.with_gain(gain / at)))
-        return known[key][-1][1]
-
-    found: list[float] = []
-    for fit in fits:
-        own = fit.weighting
-        foreign = [key for key in sources if own.is_individual and key != id(own.basis)]
-        gain = fit.prediction.contacts.gain
-        costs = [_cost_under(problem, fit, sources[key], weights_at_gain(key, gain)) for key in foreign]
-        found.append(min([fit.cost, *costs]))
-    return found
+    covariances: dict[int, _Covariance] = {}
+    for fit in (*others, *fits):
+        if fit.weighting.is_individual:
+            covariances.setdefault(id(fit.weighting.basis), _Covariance(fit, [(_gain(fit), fit.weighting)]))
+    return [
+        min(fit.cost if known.is_that_of(fit) else _cost_under(problem, fit, known) for known in covariances.values())
+        if fit.weighting.is_individual
+        else fit.cost
+        for fit in fits
+    ]
 
 
-def _cost_under(problem: Problem, fit: Fit, other: Fit, weights: Weighting) -> float:
-    """The cost of a fit under the covariance of another one; weights: of that, with the gain of the fit."""
+def _cost_under(problem: Problem, fit: Fit, covariance: _Covariance) -> float:
+    """The cost of a fit under the covariance of another one."""
     residual = problem.torque - fit.prediction.torque
-    weights = weights.with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
+    weights = covariance.with_gain_of(fit).with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
     # A parameter at its bound does not follow: beyond it there is another record.
     own = np.flatnonzero(~fit.at_bound[: N_RIG + problem.base.shape.size])
     basis = absorbing_basis(weights, fit.prediction.sensitivities[:, own], fit.bounds.prior_deviation[own])
     white = weights.whiten(residual)
     of_priors = fit.chi_square - float((fit.weighting.whiten(residual) ** 2).sum())
     left = float(((white - basis @ (basis.T @ white)) ** 2).sum())
-    return left + of_priors + cost_of_clearance(problem, fit, other) + weights.log_determinant
+    return left + of_priors + cost_of_clearance(problem, fit, covariance.source) + weights.log_determinant
 
 
 def cost_of_clearance(problem: Problem, fit: Fit, other: Fit) -> float:
     """What the covariance of another fit of an individual costs a fit, in -2 log likelihood: the square of the mean
     deviation of the clearance that it takes, over its standard deviation."""
     assert problem.scatter is not None, "without scatter there is one covariance"
-    deviation = (
-        fit.prediction.contacts.clearance - other.prediction.contacts.clearance
-    ) / problem.scatter.mean_clearance_deviation
-    return float(np.mean(deviation**2))
+    beside = fit.prediction.contacts.clearance - other.prediction.contacts.clearance
+    return float(np.mean((beside / problem.scatter.mean_clearance_deviation) ** 2))

@@ -112,7 +112,7 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
     rows += [row(*both) for both in zip(best_fits, least, strict=True)]
     likeliest = max(rows, key=lambda r: r.log_evidence).fit
     exchanged = [*exchanged_fits(problem, likeliest)]
-    rows += [row(*both) for both in zip(exchanged, least_costs(problem, exchanged, best_fits), strict=True)]
+    rows += [row(*both) for both in zip(exchanged, least_costs(problem, exchanged, [base, *best_fits]), strict=True)]
     compared += _beside_unnamed(problem, exchanged)
     rows += [row(fit, fit.cost, beside) for fit, beside in compared if beside.gain > 0]
     best: dict[Key, Row] = {}

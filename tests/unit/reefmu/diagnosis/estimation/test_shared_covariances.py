@@ -89,3 +89,20 @@ def test_a_parameter_at_its_bound_stays_there(problem: Problem) -> None:
     (followed,), (held,) = (least_costs(problem, [fit], [other]) for fit in (moved, at_bound))
     assert held == pytest.approx(moved.cost, abs=2.0)
     assert followed < held - 50.0
+
+
+def test_a_covariance_that_is_shared_has_the_gain_of_each_fit(problem: Problem) -> None:
+    """That of a drive whose effects scatter is open to nothing as it is without them, and to effects that were fitted
+    under that of a drive without any as it is with them."""
+    nothing = base_fit(problem)
+    log = 0.1 * np.sin(np.arange(len(problem.torque)))
+    gain = np.exp(log - log.mean())
+    contacts = nothing.prediction.contacts._replace(gain=gain)
+    scattering = replace(nothing, prediction=replace(nothing.prediction, contacts=contacts))
+    own = replace(scattering, weighting=nothing.weighting.with_gain(gain))
+    (cost,) = least_costs(problem, [replace(nothing, cost=1e9)], [own])
+    assert cost == pytest.approx(nothing.cost, abs=1e-3 * abs(nothing.cost))
+    under = problem.fit_from((), nothing.parameters, own.weighting)
+    assert abs(under.cost - nothing.cost) > 1e-2 * abs(nothing.cost), "the gain is seen"
+    _, cost = least_costs(problem, [nothing, replace(scattering, cost=0.0)])
+    assert cost == pytest.approx(under.cost, abs=1e-3 * abs(under.cost))
