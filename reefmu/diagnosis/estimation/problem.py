@@ -196,9 +196,11 @@ class Problem:
 
     def without_weights(self, found: Fit) -> Fit:
         """A fit to send to another process, whose problem has the same weights; others are sent along."""
-        own = self.weights
-        is_own = found.weighting.basis is own.basis and np.array_equal(found.weighting.scale, own.scale)
-        return replace(found, weighting=without_blocks(found.weighting)) if is_own else found
+        return replace(found, weighting=without_blocks(found.weighting)) if self.has(found.weighting) else found
+
+    def has(self, weights: Weighting) -> bool:
+        """Whether weights are those of the problem, but for the size of the scatter."""
+        return weights.basis is self.weights.basis and np.array_equal(weights.scale, self.weights.scale)
 
     def with_weights(self, found: Fit) -> Fit:
         """A fit as `without_weights` sent it, complete again."""

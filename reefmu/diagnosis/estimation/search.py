@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -11,11 +11,11 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import find_effect
-from .least_squares import Fit, FitOptions, by_cost
+from .least_squares import Fit, by_cost
 from .problem import Problem
 from .score_test import Direction, linearise, rank_directions
-from .weighting import SCATTER_SIZES
-from .worker_pool import WorkerPool
+from .weighting import SCATTER_SIZES, without_blocks
+from .worker_pool import Start, WorkerPool, fit_starts
 
 BEAM_WIDTH = 4
 """Sets of each size that are extended by another effect, half as many from pairs on. Chosen by judgement to bound the
@@ -30,10 +30,6 @@ MAX_EXCHANGES = 3
 """Greatest number of exchange rounds. Chosen by judgement to bound the time of a search."""
 MIN_GAIN = 6.0
 """Gain in -2 log likelihood below which a further effect is not tried. Chosen by judgement, below significance."""
-RANKING = FitOptions(steps=12, tolerance=0.1)
-"""A fit good enough to rank sets. Chosen by judgement, well below the gains that decide."""
-FIRST_STEPS = FitOptions(steps=6, tolerance=0.1, estimate_size=False)
-"""The first steps under the least scatter. Chosen by judgement."""
 NEAR_ZERO = 0.05
 """Torque, over full torque, below which the middle of the twist is a start of its zero. Chosen by judgement."""
 
@@ -52,15 +48,6 @@ class Search:
     def all_fits(self) -> list[Fit]:
         """The fits of every number of effects, that without effects first."""
         return [fit for _, fits in sorted(self.best.items()) for fit in fits]
-
-
-@dataclass(frozen=True)
-class Start:
-    """Where the fit of a set begins: its names, parameters (k,), and the size of the scatter for the first steps."""
-
-    names: tuple[str, ...]
-    parameters: Array
-    size: float
 
 
 def base_fit(problem: Problem) -> Fit:
@@ -183,7 +170,8 @@ def promising_starts(
             if gain <= floor or full or taken.get(name, 0) >= variants:
                 continue
             taken[name] = taken.get(name, 0) + 1
-            starts.append(Start((*parent.names, name), np.concatenate([parent.parameters, start]), size))
+            parameters = np.concatenate([parent.parameters, start])
+            starts.append(Start((*parent.names, name), parameters, parent.weighting, size))
     return starts
 
 
@@ -191,33 +179,16 @@ def _extensions(pool: WorkerPool, parents: Sequence[Fit], known: frozenset[froze
     """Promising starts from several parents; a set of three or more effects only from the first parent."""
     jobs = [(pool.problem.without_weights(parent), pool.problem.candidates, known) for parent in parents]
     found: list[Start] = []
-    for starts in pool.map(_promising_starts, jobs):
+    for parent, starts in zip(parents, pool.map(_promising_starts, jobs), strict=True):
         made = {frozenset(s.names) for s in found if len(s.names) > 2}
-        found += [s for s in starts if frozenset(s.names) not in made]
+        found += [replace(s, weights=parent.weighting) for s in starts if frozenset(s.names) not in made]
     return found
 
 
 def _promising_starts(problem: Problem, job: tuple[Fit, tuple[str, ...], frozenset[frozenset[str]]]) -> list[Start]:
     parent, candidates, known = job
-    return promising_starts(problem, problem.with_weights(parent), candidates, known=known)
-
-
-def fit_starts(pool: WorkerPool, starts: Sequence[Start], report: Callable[[float], None] | None = None) -> list[Fit]:
-    """A fit from every start, good enough to rank; report: called with the share done."""
-    fits: list[Fit] = []
-    for fit in pool.map(_fit_start, starts):
-        fits.append(pool.problem.with_weights(fit))
-        if report:
-            report(len(fits) / len(starts))
-    return fits
-
-
-def _fit_start(problem: Problem, start: Start) -> Fit:
-    """A fit whose first steps keep the scatter least: a large scatter would absorb the effect before it is found."""
-    at, ranking = start.parameters, problem.for_ranking
-    if start.size == SCATTER_SIZES[0]:
-        at = ranking.fit_from(start.names, at, problem.weights.with_size(start.size), FIRST_STEPS).parameters
-    return problem.without_weights(ranking.fit_from(start.names, at, options=RANKING))
+    starts = promising_starts(problem, problem.with_weights(parent), candidates, known=known)
+    return [replace(start, weights=without_blocks(start.weights)) for start in starts]
 
 
 def _best_by_set(fits: Sequence[Fit]) -> dict[frozenset[str], Fit]:

@@ -53,14 +53,14 @@ def _are_alike(gain: Array, other: Array) -> bool:
 def least_costs(problem: Problem, fits: Sequence[Fit], others: Sequence[Fit] = ()) -> list[float]:
     """The least cost of each fit under its own covariance and those of all fits, `others` among them.
 
-    Of several fits that were made under one covariance the first, `others` before `fits`, is the one at whose contacts
-    it holds. Under another covariance the parameters of the rig and of the base curve follow, to first order, those of
+    Of several fits under one covariance it is that at the contacts of the set of fewest effects, which the others
+    extend. Under another covariance the parameters of the rig and of the base curve follow, to first order, those of
     effects do not; the gain of the scatter by effects stays that of the fit. A covariance at another clearance is that
     of drives whose mean clearance deviates as much, by their tolerances: the cost grows by the square of that deviation
     over its standard deviation. Fits of a mean drive keep their cost: their covariance is the noise.
     """
     covariances: dict[int, _Covariance] = {}
-    for fit in (*others, *fits):
+    for fit in sorted((*others, *fits), key=lambda fit: len(fit.names)):
         if fit.weighting.is_individual:
             covariances.setdefault(id(fit.weighting.basis), _Covariance(fit, [(_gain(fit), fit.weighting)]))
     return [

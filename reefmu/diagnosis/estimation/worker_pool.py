@@ -1,4 +1,8 @@
-"""Fits shared among processes: each process reads the problem once, then receives the jobs."""
+"""Fits shared among processes: each process reads the problem once, then receives the jobs.
+
+Sets of effects are ranked by fits under the scatter at the contacts of the set that they extend, which a wear or a
+thermal clearance moves: under that of a drive without effects the true set ranked behind false ones.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +17,22 @@ from typing import TypeVar
 import numpy as np
 
 from stiffness_model.io.atomic_files import scratch_folder
+from stiffness_model.numerics.arrays import Array
 
 from ..random_effects.tolerance_scatter import Spread, in_turn
-from .least_squares import Fit
+from .least_squares import Fit, FitOptions
 from .problem import Problem
-from .weighting import Weighting
+from .weighting import SCATTER_SIZES, Weighting, has_no_blocks, without_blocks
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
+
+RANKING = FitOptions(steps=12, tolerance=0.1)
+"""A fit good enough to rank sets. Chosen by judgement, well below the gains that decide."""
+FIRST_STEPS = FitOptions(steps=6, tolerance=0.1, estimate_size=False)
+"""The first steps under the least scatter. Chosen by judgement."""
+N_SHARES = 2
+"""Jobs for the starts under the weights of one set, which are sent with each; chosen by judgement."""
 
 _loaded: dict[str, Problem] = {}
 """The problem that this process read last, by its file."""
@@ -55,6 +67,53 @@ class WorkerPool:
         if len(fits) == 1:
             return iter([self.problem.weights_of_contacts(fits[0], spread_over(self.executor))])
         return self.map(Problem.weights_of_contacts, [self.problem.without_weights(fit) for fit in fits])
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where the fit of a set begins: its names, parameters (k,), the weights of the set that it extends, and the size
+    of the scatter for the first steps."""
+
+    names: tuple[str, ...]
+    parameters: Array
+    weights: Weighting
+    size: float
+
+
+def fit_starts(pool: WorkerPool, starts: Sequence[Start], report: Callable[[float], None] | None = None) -> list[Fit]:
+    """A fit from every start, good enough to rank, those of equal weights together; report: called with the share
+    done."""
+    groups: dict[int, list[Start]] = {}
+    for start in starts:
+        groups.setdefault(id(start.weights.basis), []).append(start)
+    jobs = [job for group in groups.values() for job in _jobs(pool.problem, group)]
+    fits: list[Fit] = []
+    for (weights, _), found in zip(jobs, pool.map(_fit_starts, [job for _, job in jobs]), strict=True):
+        fits += [replace(fit, weighting=weights.with_size(fit.weighting.size)) for fit in found]
+        if report:
+            report(len(fits) / len(starts))
+    return fits
+
+
+def _jobs(problem: Problem, starts: Sequence[Start]) -> Iterator[tuple[Weighting, list[Start]]]:
+    """The weights of some starts, and shares of them as they are sent: without weights that the processes have."""
+    weights = starts[0].weights
+    sent, count = (without_blocks(weights), 1) if problem.has(weights) else (weights, -(-len(starts) // N_SHARES))
+    for first in range(0, len(starts), count):
+        yield weights, [replace(start, weights=sent) for start in starts[first : first + count]]
+
+
+def _fit_starts(problem: Problem, starts: Sequence[Start]) -> list[Fit]:
+    """Fits whose first steps keep the scatter least: a large scatter would absorb the effect before it is found."""
+    found: list[Fit] = []
+    for start in starts:
+        weights = problem.weights if has_no_blocks(start.weights) else start.weights
+        at, ranking = start.parameters, problem.for_ranking
+        if start.size == SCATTER_SIZES[0]:
+            at = ranking.fit_from(start.names, at, weights.with_size(start.size), FIRST_STEPS).parameters
+        fit = ranking.fit_from(start.names, at, weights.with_size(problem.weights.size), RANKING)
+        found.append(replace(fit, weighting=without_blocks(fit.weighting)))
+    return found
 
 
 def spread_over(executor: Executor | None) -> Spread:

@@ -6,10 +6,12 @@ import pickle
 from concurrent.futures import Future, ProcessPoolExecutor
 from typing import Any
 
+import numpy as np
 import pytest
 
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.search import base_fit
+from reefmu.diagnosis.estimation.worker_pool import RANKING, Start, WorkerPool, fit_starts
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
@@ -52,3 +54,20 @@ def test_a_fit_survives_sending_without_its_weights() -> None:
     assert back.weighting.size == fit.weighting.size
     other = problem.fit_from((), fit.parameters, problem.weights.with_variance(2 * problem.variance))
     assert problem.with_weights(problem.without_weights(other)) is other
+
+
+def test_sets_are_ranked_under_the_weights_of_the_set_that_they_extend() -> None:
+    """Sets that extend nothing under those of the problem, others under those that they bring; in any order."""
+    record = rig.measured({"hysteresis": {"torque": 4.0}}, full=False)
+    base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
+    problem = prepare_problem(record, make_trace(record, rig.drive().ratio), base)
+    parameters = [*base_fit(problem).parameters, 3.0, 1e-4]
+    own, other = problem.weights, problem.weights.with_variance(2 * problem.variance)
+    starts = [Start(("hysteresis",), np.array(parameters), w, w.size) for w in (other, own, other, other)]
+    shares: list[float] = []
+    found = fit_starts(WorkerPool(problem), starts, shares.append)
+    assert [fit.weighting.basis is other.basis for fit in found] == [True, True, True, False]
+    assert found[-1].weighting.basis is own.basis
+    assert shares[-1] == 1.0
+    for fit, weights in ((found[0], other), (found[-1], own)):
+        assert fit.cost == problem.fit_from(("hysteresis",), starts[0].parameters, weights, RANKING).cost
