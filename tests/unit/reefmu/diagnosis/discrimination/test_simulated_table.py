@@ -62,16 +62,6 @@ def test_nothing_is_as_likely_as_under_its_likeliest_scatter() -> None:
     assert names(at_two_sizes(0.5 * least), [0.0, 1.0, 0.0])[1] > 0.98
 
 
-def test_large_effects_on_individuals_are_told_apart_only_as_well_as_laws_are_known() -> None:
-    """Two large effects whose traces are 0.6 % of either apart are told apart less often than on the mean drive."""
-    size = 2.0e5
-    information = size * np.array([[1.0, 0.99998, 0.0], [0.99998, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    mean_drive = gaussian_scores(information, COUNT, 0)
-    at = mean_drive.at[0]
-    individual = SimulatedScores(information, (ScoresAtSize(at.information, at.scores, at.cost, 1.0),))
-    assert names(mean_drive, [1.0, 0.0, 0.0])[0] > names(individual, [1.0, 0.0, 0.0])[0] + 0.1
-
-
 @pytest.mark.parametrize("unit", [1.0, 1e6])
 def test_what_free_parameters_absorb_is_eliminated_in_any_unit(unit: float) -> None:
     rng = np.random.default_rng(0)
