@@ -83,9 +83,9 @@ class Start:
 def fit_starts(pool: WorkerPool, starts: Sequence[Start], report: Callable[[float], None] | None = None) -> list[Fit]:
     """A fit from every start, good enough to rank, those of equal weights together; report: called with the share
     done."""
-    groups: dict[int, list[Start]] = {}
+    groups: dict[tuple[int, int], list[Start]] = {}
     for start in starts:
-        groups.setdefault(id(start.weights.basis), []).append(start)
+        groups.setdefault((id(start.weights.basis), id(start.weights.scale)), []).append(start)
     jobs = [job for group in groups.values() for job in _jobs(pool.problem, group)]
     fits: list[Fit] = []
     for (weights, _), found in zip(jobs, pool.map(_fit_starts, [job for _, job in jobs]), strict=True):

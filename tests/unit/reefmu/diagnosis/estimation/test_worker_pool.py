@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from concurrent.futures import Future, ProcessPoolExecutor
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -63,11 +64,12 @@ def test_sets_are_ranked_under_the_weights_of_the_set_that_they_extend() -> None
     problem = prepare_problem(record, make_trace(record, rig.drive().ratio), base)
     parameters = [*base_fit(problem).parameters, 3.0, 1e-4]
     own, other = problem.weights, problem.weights.with_variance(2 * problem.variance)
-    starts = [Start(("hysteresis",), np.array(parameters), w, w.size) for w in (other, own, other, other)]
+    quieter = replace(other, scale=1.1 * other.scale)
+    starts = [Start(("hysteresis",), np.array(parameters), w, w.size) for w in (other, own, other, quieter, other)]
     shares: list[float] = []
     found = fit_starts(WorkerPool(problem), starts, shares.append)
-    assert [fit.weighting.basis is other.basis for fit in found] == [True, True, True, False]
-    assert found[-1].weighting.basis is own.basis
+    assert [fit.weighting.basis is other.basis for fit in found] == [True, True, True, False, True]
+    assert found[3].weighting.basis is own.basis
     assert shares[-1] == 1.0
-    for fit, weights in ((found[0], other), (found[-1], own)):
+    for fit, weights in ((found[0], other), (found[3], own), (found[4], quieter)):
         assert fit.cost == problem.fit_from(("hysteresis",), starts[0].parameters, weights, RANKING).cost
