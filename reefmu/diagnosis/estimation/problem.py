@@ -22,8 +22,8 @@ from ..random_effects.tolerance_scatter import Spread, ToleranceScatter, in_turn
 from .least_squares import Fit, FitOptions, ParameterBounds, fit, make_bounds
 from .weighting import (
     INDIVIDUAL_SIZE,
-    SAME_GAIN,
     Weighting,
+    are_gains_alike,
     has_no_blocks,
     make_weighting,
     weighting_of_covariance,
@@ -158,9 +158,10 @@ class Problem:
 
     def is_scatter_alike(self, some: Contacts, others: Contacts) -> bool:
         """Whether contacts scatter as others do."""
-        return self._are_alike(some, others) and bool(np.abs(some.gain / others.gain - 1).max() < SAME_GAIN)
+        return self._are_alike(some, others) and are_gains_alike(some.gain, others.gain)
 
     def _are_alike(self, some: Contacts, others: Contacts) -> bool:
+        """Whether contacts scatter alike but for their gain."""
         assert self.scatter is not None
         near, alike = SAME_TWIST * self.base.max_twist, SAME_CLEARANCE * self.scatter.clearance_deviation
         clearance = np.abs(some.clearance - others.clearance).max()
@@ -173,7 +174,8 @@ class Problem:
         return [(Contacts(self.scatter.twist, np.zeros(n), np.ones(n)), self.weights), *self.weights_cache]
 
     def weights_of_contacts(self, found: Fit, spread: Spread = in_turn) -> Weighting:
-        """Weights with the scatter at the contacts of a fit, computed anew; spread: as in `ToleranceScatter`."""
+        """Weights with the scatter at the contacts of a fit: that of alike contacts with another gain, which costs a
+        decomposition, or computed anew; spread: as in `ToleranceScatter`."""
         assert self.scatter is not None
         at = found.prediction.contacts
         for known, weights in self._known_weights:

@@ -18,7 +18,7 @@ from ..forward.parameter_layout import N_RIG
 from .least_squares import Fit
 from .problem import Problem
 from .score_test import absorbing_basis
-from .weighting import INDIVIDUAL_SIZE, SAME_GAIN, Weighting
+from .weighting import INDIVIDUAL_SIZE, Weighting, are_gains_alike
 
 
 @dataclass(frozen=True)
@@ -30,13 +30,13 @@ class _Covariance:
 
     def is_that_of(self, fit: Fit) -> bool:
         """Whether another fit has it, with its own gain."""
-        return self.source.weighting.basis is fit.weighting.basis and _are_alike(self.known[0][0], _gain(fit))
+        return self.source.weighting.basis is fit.weighting.basis and are_gains_alike(_gain(fit), self.known[0][0])
 
     def with_gain_of(self, fit: Fit) -> Weighting:
         """What it would be for a drive with the effects of another fit."""
         wanted, (first, own) = _gain(fit), self.known[0]
         for gain, weights in self.known:
-            if _are_alike(gain, wanted):
+            if are_gains_alike(wanted, gain):
                 return weights.with_gain(wanted / gain)
         self.known.append((wanted, own.with_gain(wanted / first)))
         return self.known[-1][1]
@@ -44,10 +44,6 @@ class _Covariance:
 
 def _gain(fit: Fit) -> Array:
     return fit.prediction.contacts.gain
-
-
-def _are_alike(gain: Array, other: Array) -> bool:
-    return bool(np.abs(other / gain - 1).max() < SAME_GAIN)
 
 
 def least_costs(problem: Problem, fits: Sequence[Fit], others: Sequence[Fit] = ()) -> list[float]:

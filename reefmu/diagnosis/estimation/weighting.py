@@ -126,7 +126,7 @@ class Weighting:
         is that of an individual drive."""
         if not self.is_individual:
             return self
-        if np.abs(gain - 1).max() < SAME_GAIN:
+        if are_gains_alike(gain, np.ones(1)):
             return replace(self, scale=self.scale / gain)
         return make_weighting(self.scale**-2, self.components * gain, self.size)
 
@@ -173,6 +173,11 @@ class Weighting:
         # All sizes share the part of the residual that is orthogonal to the basis.
         costs = (along / spread).sum(axis=1) + count * np.log(spread).sum(axis=1)
         return self.with_size(sizes[int(costs.argmin())])
+
+
+def are_gains_alike(gain: Array, other: Array) -> bool:
+    """Whether two gains (n,) of the scatter differ by less than `SAME_GAIN` everywhere."""
+    return bool(np.abs(gain / other - 1).max() < SAME_GAIN)
 
 
 def without_blocks(weights: Weighting) -> Weighting:

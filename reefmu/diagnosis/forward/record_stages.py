@@ -31,6 +31,14 @@ class MeasuredTorque(NamedTuple):
     gain: Number
 
 
+class _Contribution(NamedTuple):
+    """What an effect contributes while it has these states: its expressions, and these with all derivatives."""
+
+    states: tuple[Dual, ...]
+    partials: list[Partials]
+    duals: list[Dual]
+
+
 class RecordStages:
     """The stages of some effects on a trace, every one the method of its name.
 
@@ -73,7 +81,7 @@ class RecordStages:
             for place in {k.effect.place for k in functions}
         }
         self._direction = np.sign(increments(trace.smooth_twist, trace.start))
-        self._known: dict[int, tuple[tuple[Dual, ...], list[Partials], list[Dual]]] = {}
+        self._known: dict[int, _Contribution] = {}
 
     def run(self, p: Sequence[float]) -> tuple[MeasuredTorque, ContactOutputs]:
         """The measured torque, and what the contacts give, for a vector of parameters."""
@@ -145,7 +153,7 @@ class RecordStages:
         for place, sign in TORQUE_CHAIN:
             torque = torque.plus(self._total(place, x, k, p, c.elastic.tangent), sign)
             by_elastic = by_elastic + sign * sum(
-                self._known[index][1][0].by_elastic for index in self._at.get(place, ())
+                self._known[index].partials[0].by_elastic for index in self._at.get(place, ())
             )
         return MeasuredTorque(torque, c.gain * by_elastic)
 
@@ -162,11 +170,11 @@ class RecordStages:
         found: list[list[Dual]] = []
         for index in self._at.get(place, ()):
             states, known = x[index], self._known.get(index)
-            if known is None or known[0] is not states:
+            if known is None or known.states is not states:
                 values = self.functions[index].contribution(k.signals, p[self.slices[index]], [s.value for s in states])
-                known = states, values, [self._dual(index, v, states, k.twist.tangent, elastic) for v in values]
-                self._known[index] = known
-            found.append(known[2])
+                duals = [self._dual(index, v, states, k.twist.tangent, elastic) for v in values]
+                known = self._known[index] = _Contribution(states, values, duals)
+            found.append(known.duals)
         return found
 
     def _total(self, place: Place, x: States, k: Kinematics, p: Sequence[float], elastic: Tangent = _NONE) -> Dual:
