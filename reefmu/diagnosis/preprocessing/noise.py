@@ -30,14 +30,18 @@ CRANK_TOLERANCE = 0.05
 """rad, greatest difference of the crank angle of matching samples. Chosen by judgement, small against the passing of an
 element."""
 PERIOD_TOLERANCE = 0.05
-"""Relative deviation of single periods from their median within which a run is periodic. Chosen by judgement."""
+"""Relative deviation of single periods from their median within which a run is periodic, and of the durations of two
+cycles of equal speed. Chosen by judgement."""
+WARMING_TOLERANCE = 1.0
+"""K, greatest difference of the temperatures of two cycles. Chosen by judgement, above what sensors of temperature
+scatter by."""
 DEAD_BAND = 0.15
 """Band about the middle of the twist, over its range to either side, that a cycle must cross. Chosen by judgement."""
 OUTLIER_RATIO = 5.0
 """Mean square of a difference, over the median of all, from which the cycles were not equal. Chosen by judgement."""
 CLIPPED_DEVIATIONS = 3.5
-"""Robust standard deviations at which residuals of a smoothed record are clipped. Chosen by judgement: noise hardly
-exceeds them, corners at reversals do."""
+"""Robust standard deviations at which residuals of a smoothed record are clipped, and from which the twist of matching
+samples is another one. Chosen by judgement: noise hardly exceeds them, corners at reversals do."""
 SLOPE_DIGITS = 2
 """Decimals of the squared stiffness over its median from which on two values are the same: by smaller differences the
 noise of the twist cannot be told from that of the torque. Chosen by judgement."""
@@ -162,15 +166,37 @@ def _matching_in_run(trace: Trace, a: int, b: int) -> list[tuple[NDArray[np.intp
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
         cycles = max(1, round((end - begin) / period))
         for index in np.array_split(np.arange(a + begin, a + end), cycles):
-            if len(index) >= max(MIN_CYCLE, period // 3):
+            if len(index) >= max(MIN_CYCLE, period // 3) and _are_alike(trace, index, index + period):
                 found.append((index, index + period))
     return found
 
 
+def _are_alike(trace: Trace, first: NDArray[np.intp], second: NDArray[np.intp]) -> bool:
+    """Whether two cycles are as fast and as warm as each other."""
+    duration = [float(trace.time[index[-1]] - trace.time[index[0]]) for index in (first, second)]
+    warmer = float(trace.temperature[second].mean() - trace.temperature[first].mean())
+    return abs(duration[1] - duration[0]) <= PERIOD_TOLERANCE * max(duration) and abs(warmer) <= WARMING_TOLERANCE
+
+
 def _difference(trace: Trace, slope: Array, first: NDArray[np.intp], second: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Detrended torque difference of matching samples, scaled to the noise of one of them, and their stiffness."""
-    d = trace.torque[second] - trace.torque[first] - slope[first] * (trace.twist[second] - trace.twist[first])
-    return _detrended(d) / np.sqrt(2), slope[first]
+    """Detrended torque difference of matching samples, scaled to the noise of one of them, and their stiffness.
+
+    A period is no whole number of samples: what the torque changes by in the part of a sample by which the second cycle
+    is late is no noise, nor is what the base curve changes by over the rest of the difference of the twist. Where that
+    rest is far larger than elsewhere, as at the ends of a loop before another one, the cycles are not equal.
+    """
+    moved = trace.smooth_twist[second] - trace.smooth_twist[first]
+    rate, torque_rate = ((of[first] + of[second]) / 2 for of in (trace.twist_rate, trace.torque_rate))
+    late = float(moved @ rate) / max(float(rate @ rate), 1e-300)
+    rest = trace.twist[second] - trace.twist[first] - late * rate
+    equal = np.abs(rest - np.median(rest)) <= _most(rest)
+    d = (trace.torque[second] - trace.torque[first] - late * torque_rate - slope[first] * rest)[equal]
+    return _detrended(d) / np.sqrt(2), slope[first][equal]
+
+
+def _most(values: Array) -> float:
+    """Greatest deviation from the median that is noise."""
+    return CLIPPED_DEVIATIONS * 1.4826 * float(np.median(np.abs(values - np.median(values))))
 
 
 def _detrended(values: Array) -> Array:
@@ -188,7 +214,7 @@ def _smoothing_residual(trace: Trace, slope: Array, a: int, b: int, window: int 
     residual = torque - np.asarray(savgol_filter(torque, window, 3), float)
     inner = slice(window, b - a - window)
     # Corners at reversals are rare and large, and are clipped to what noise could be.
-    limit = CLIPPED_DEVIATIONS * 1.4826 * float(np.median(np.abs(residual[inner])))
+    limit = _most(residual[inner])
     return np.clip(residual[inner], -limit, limit) / np.sqrt(1 - _centre_weight(window)), slope[a:b][inner]
 
 

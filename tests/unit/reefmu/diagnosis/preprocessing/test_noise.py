@@ -15,6 +15,8 @@ from reefmu.diagnosis.preprocessing.autocorrelation import (
 from reefmu.diagnosis.preprocessing.noise import Noise, block_variances, cycle_period, estimate_noise
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.model.contacts.tables import cached_lookup
+from reefmu.record import make_record, with_output_locked
+from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
 
 
@@ -27,6 +29,61 @@ def test_repeated_cycles_give_size_and_correlation_time(correlation: float) -> N
     assert found.repeated
     assert size == pytest.approx(0.8, rel=0.2)
     assert found.correlation.correlation_time == pytest.approx((1 + correlation) / (1 - correlation), rel=0.45)
+
+
+def loops(time: Array, phase: Array, torque: Array, temperature: Array | float = 20.0) -> Noise:
+    """The noise of loops of a twist of 2 mrad along a phase (n,), in cycles, to a judge who takes the drive to have no
+    stiffness at all; torque: (n,) N.m, without the noise of 0.5 N.m."""
+    torque = torque + rig.noise_of(len(time), 0.5, 0.0, 0)
+    columns = {"time": time, "twist": 2e-3 * np.sin(2 * np.pi * phase), "output_torque": torque}
+    columns["temperature"] = np.broadcast_to(temperature, time.shape)
+    trace = make_trace(with_output_locked(make_record(columns)), 1.0)
+    return estimate_noise(trace, np.zeros(len(trace)))
+
+
+@pytest.mark.parametrize("samples", [80.0, 80.3, 80.5])
+def test_a_period_that_is_no_whole_number_of_samples_is_no_noise(samples: float) -> None:
+    """Where the stiffness is not known either: half a sample is 3.9 N.m of the 100 N.m here."""
+    time = np.arange(1600) * 0.01
+    phase = time / (0.01 * samples)
+    found = loops(time, phase, 100 * np.sin(2 * np.pi * phase))
+    assert found.repeated
+    assert found.torque == pytest.approx(0.5, rel=0.15)
+
+
+def test_cycles_of_other_speeds_are_not_compared() -> None:
+    """Two loops of each of four speeds, with a damping that makes up to 19 N.m."""
+    speed = np.repeat([1.0, 2.0, 4.0, 6.0], 160)
+    phase, time = np.arange(640) / 80, np.cumsum(0.1 / speed)
+    rate = np.gradient(np.sin(2 * np.pi * phase), time)
+    found = loops(time, phase, 100 * np.sin(2 * np.pi * phase) + 4 * rate)
+    assert found.torque == pytest.approx(0.5, rel=0.25)
+
+
+def test_cycles_of_other_temperatures_are_not_compared() -> None:
+    """Six loops while the drive warms by 2.5 K in each, in which it gets 2 N.m stiffer, and six at one temperature."""
+    phase = np.arange(960) / 80
+    temperature = 20 + 2.5 * np.minimum(phase, 6.0)
+    torque = (100 + 0.8 * (temperature - 20)) * np.sin(2 * np.pi * phase)
+    found = loops(np.arange(960) * 0.01, phase, torque, temperature)
+    assert found.torque == pytest.approx(0.5, rel=0.15)
+
+
+def test_the_ends_of_a_loop_before_another_one_are_not_compared() -> None:
+    """Pairs of loops of growing amplitudes: the first samples of a larger one are nearly those of the smaller one."""
+    phase = np.arange(1280) / 80
+    growing = 0.2 + 0.1 * (phase // 2)
+    trace_torque = 100 * growing * np.sin(2 * np.pi * phase)
+    time = np.arange(1280) * 0.01
+    columns = {
+        "time": time,
+        "twist": 2e-3 * growing * np.sin(2 * np.pi * phase),
+        "output_torque": trace_torque + rig.noise_of(1280, 0.1, 0.0, 0),
+    }
+    trace = make_trace(with_output_locked(make_record(columns)), 1.0)
+    found = estimate_noise(trace, np.zeros(len(trace)))
+    assert found.repeated
+    assert found.torque == pytest.approx(0.1, rel=0.15)
 
 
 def test_without_repeated_cycles_the_estimate_is_marked() -> None:
