@@ -53,7 +53,7 @@ def _starts(problem: Problem, chosen: Fit, name: str) -> Iterator[_Start]:
     is_own = np.arange(own.start, own.stop)
     beside = np.delete(chosen.prediction.sensitivities, is_own, axis=1)
     basis = absorbing_basis(weights, beside, np.delete(chosen.bounds.prior_deviation, is_own))
-    change = weights.whiten(chosen.prediction.torque - torque_without(problem, chosen, [name]))[:, None]
+    change = weights.whiten(chosen.prediction.torque - torque_without(problem, chosen, [name]))
     change = change - basis @ (basis.T @ change)
     information = float((change**2).sum())
     for candidate in problem.candidates:
@@ -64,10 +64,11 @@ def _starts(problem: Problem, chosen: Fit, name: str) -> Iterator[_Start]:
             continue
         best, start = MIN_EXPLAINED * information, None
         alike = _with_values_of(effect, find_effect(name), chosen.parameters[own])
-        for direction in linearise(problem, candidate, others, [alike]):
-            gain, sizes, _ = score_gains(direction, weights, basis, change)
-            if gain[0] > best:
-                best, start = float(gain[0]), starting_parameters(direction, sizes[:, 0])
+        directions = linearise(problem, candidate, others, [alike])
+        gains = score_gains(directions, weights, basis, change)
+        for direction, (gain, sizes) in zip(directions, gains, strict=True):
+            if gain > best:
+                best, start = gain, starting_parameters(direction, sizes)
         if start is not None:
             yield _Start((*names, candidate), np.concatenate([parameters, start]))
 

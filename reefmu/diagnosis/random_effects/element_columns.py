@@ -1,4 +1,4 @@
-"""Torque of the elements on the profile along a record, and what deviations of single parts add to it, for one seating.
+"""Torque of the elements on the profile along a record, and what deviations of single parts add to it, for one start.
 
 Every ball and bore keeps its deviation while it moves past the crank; the deviations of the lobes stay in the gear, so
 that an element meets another lobe with every turn. Each deviation is one random effect, and its column is what one
@@ -31,7 +31,6 @@ from .responses import (
     place_deviations,
     term,
 )
-from .seating import Seating
 
 CLEARANCE_BIN = 0.3
 """Range of clearances, in standard deviations of single elements, that share one interpolation of the tables. Chosen by
@@ -47,15 +46,15 @@ the term to have columns. Chosen by the likelihood of individuals, which 1e-5 ch
 
 @dataclass(frozen=True)
 class SeatedElements:
-    """The elements of a drive with one seating along a record, where the contacts have the twist (n,), rad, by block,
-    and each of the p parts of the motion has a clearance (p,), m."""
+    """The elements of a drive along a record, where the contacts have the twist (n,), rad, by block, and each of the p
+    parts of the motion has a clearance (p,), m; start: rad, position of the first element at crank angle 0."""
 
     drive: Drive
     responses: ElementResponses
     motion: ElementMotion
     twist: Array
     clearance: Array
-    seating: Seating
+    start: float
 
     def columns(self, average: Array) -> Array:
         """(m, n) N.m, of one standard deviation of each random effect of elements, lobes and eccentrics, and of the
@@ -193,7 +192,7 @@ class SeatedElements:
     @cached_property
     def _elements(self) -> ElementsOnProfile:
         """The elements on the profile."""
-        return elements_on_profile(self.drive, self.motion, self.seating, NODES.max() * abs(self._ahead))
+        return elements_on_profile(self.drive, self.motion, self.start, NODES.max() * abs(self._ahead))
 
 
 def _replaced(values: Array, some: NDArray[np.intp], others: Array | None) -> Array:

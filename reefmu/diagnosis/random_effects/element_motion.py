@@ -13,7 +13,7 @@ from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
 from stiffness_model.numerics.arrays import Array
 
 from ..preprocessing.trace import Blocks, Trace
-from .seating import Seating
+from .seating import even_seats
 
 MAX_SAMPLES = 8
 """Samples of a part at which its elements enter or leave the profile; chosen by judgement to bound the time of long
@@ -116,17 +116,18 @@ class ElementsOnProfile:
     position: Array
 
 
-def elements_on_profile(drive: Drive, motion: ElementMotion, seating: Seating, margin: float) -> ElementsOnProfile:
-    """The elements that are on the usable profile, or within `margin`, rad, of it, at a sample of a part."""
+def elements_on_profile(drive: Drive, motion: ElementMotion, start: float, margin: float) -> ElementsOnProfile:
+    """The elements that are on the usable profile, or within `margin`, rad, of it, at a sample of a part; start: rad,
+    position of the first element at crank angle 0."""
     n = np.arange(drive.elements)
-    angle = seating.start + 2 * np.pi * n / len(n) + motion.rotation[:, None] + np.pi
+    angle = start + 2 * np.pi * n / len(n) + motion.rotation[:, None] + np.pi
     turns = np.floor(angle / (2 * np.pi))
     beta = angle - 2 * np.pi * turns - np.pi
     near = np.abs(beta) < (drive.usable_limit + margin + motion.reach)[:, None]
     part, element = np.nonzero(near)
     rows = drive.eccentrics
     # Crank and cage of a reversing drive turn in opposite directions: the cage moves on to the next lobe.
-    seat = np.array(seating.seats)[element // rows] - drive.orientation * turns[near].astype(np.intp)
+    seat = np.array(even_seats(drive))[element // rows] - drive.orientation * turns[near].astype(np.intp)
     return ElementsOnProfile(part, element, seat % drive.lobes * rows + element % rows, beta[near])
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,15 +12,19 @@ from stiffness_model.numerics.arrays import Array
 from .element_columns import average_torque
 from .element_motion import elements_on_profile, inside_profile
 from .responses import PLACES, locate_cells, place_deviations
-from .scatter import Scatter
-from .seating import Seating, even_seats
+from .scatter import N_JOBS, Scatter
+from .tolerance_scatter import Spread, in_turn
 
 N_INDIVIDUALS = 48
 """Individual drives that are simulated. Chosen by judgement: a few dozen give the spread within 10 %."""
 
 
 def simulate_individuals(
-    scatter: Scatter, count: int = N_INDIVIDUALS, seed: int = 0, places: tuple[float, float] = (0.0, PLACES)
+    scatter: Scatter,
+    count: int = N_INDIVIDUALS,
+    seed: int = 0,
+    places: tuple[float, float] = (0.0, PLACES),
+    spread: Spread = in_turn,
 ) -> Array:
     """(count, n) N.m, torque of individual drives less that of the mean drive, at the blocks of the record.
 
@@ -26,18 +32,34 @@ def simulate_individuals(
     and cranks move with the element, those of lobes stay in the gear. The torque is not linearised in the clearance;
     bores have their mean radius. places: range of the deviation of a drive's places of bores and lobes, over that of
     their sizes, in which any is as likely, since drawings do not state it. A bore or a lobe beside its place moves and
-    twists its element, as in `stiffness_model.rotation`; a lobe farther out acts as a larger one.
+    twists its element, as in `stiffness_model.rotation`; a lobe farther out acts as a larger one. spread: shares the
+    drives among processes, with the same result.
     """
-    drive, r = scatter.drive, scatter.responses
-    rng = np.random.default_rng(np.random.SeedSequence([seed, len(scatter.twist)]))
+    seeds = np.random.SeedSequence([seed, len(scatter.twist)]).spawn(count)
+    size = -(-count // N_JOBS)
+    jobs = [_SomeDrives(scatter, tuple(seeds[first : first + size]), places) for first in range(0, count, size)]
+    return np.concatenate([*spread(_torques, jobs)])
+
+
+@dataclass(frozen=True)
+class _SomeDrives:
+    """Individuals with a seed each; places: see `simulate_individuals`."""
+
+    scatter: Scatter
+    seeds: tuple[np.random.SeedSequence, ...]
+    places: tuple[float, float]
+
+
+def _torques(what: _SomeDrives) -> Array:
+    """(m, n) N.m, see `simulate_individuals`."""
+    scatter, drive, r = what.scatter, what.scatter.drive, what.scatter.responses
     n, rows = drive.elements, drive.eccentrics
     share = {part: np.sqrt(v) for part, v in r.shares.items()}
     parts = len(scatter.motion.block)
     mean = average_torque(drive, r, scatter.motion, scatter.twist, np.zeros(parts))[0]
-    even = even_seats(drive)
-    found = np.empty((count, len(scatter.twist)))
-    for number in range(count):
-        start, wide = rng.uniform(0, 2 * np.pi), place_deviations(drive, rng.uniform(*places))
+    found = np.empty((len(what.seeds), len(scatter.twist)))
+    for number, rng in enumerate(map(np.random.default_rng, what.seeds)):
+        start, wide = rng.uniform(0, 2 * np.pi), place_deviations(drive, rng.uniform(*what.places))
         crank = rng.standard_normal(n)
         if drive.crank_deviation == "eccentric":
             crank = crank[np.arange(n) % rows]
@@ -48,7 +70,7 @@ def simulate_individuals(
         lobe_angle = wide.lobe / wide.radius * rng.standard_normal(drive.lobes * rows)
         # As if the output had turned on by a bore's angle, or back by a lobe's.
         margin = abs(drive.ratio - 1) * float(np.abs(bore_angle).max() + np.abs(lobe_angle).max())
-        on = elements_on_profile(drive, scatter.motion, Seating(start, even), margin)
+        on = elements_on_profile(drive, scatter.motion, start, margin)
         beta = on.position + (drive.ratio - 1) * (bore_angle[on.element] - lobe_angle[on.lobe])
         inside = inside_profile(drive, scatter.motion, on.part, beta)
         z = of_element[on.element] + of_lobe[on.lobe]

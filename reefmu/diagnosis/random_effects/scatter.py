@@ -1,10 +1,10 @@
 """Tolerance scatter along a record: the covariance by which individual drives' torque differs from the mean drive's.
 
-Which seats the elements occupy, and where the first one stands, no drawing says. A record may show it, but only to
-those who know how every element moves: seats that are taken to be known and are not quite right explain an individual
-worse than none, and leave to effects what is not theirs. The covariance is therefore that of all individuals, averaged
-over what seatings are possible: how alike the torque is at two instants depends on how far the elements have moved
-between them, and on which lobes they then face.
+Where the first element stands no drawing says. A record may show it, but only to those who know how every element
+moves: a position that is taken to be known and is not quite right explains an individual worse than none, and leaves to
+effects what is not theirs. The covariance is therefore that of all individuals, averaged over all positions: how alike
+the torque is at two instants depends on how far the elements have moved between them, and on which lobes they then
+face.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from .curve_columns import curve_columns
 from .element_columns import SeatedElements, average_torque
 from .element_motion import ElementMotion
 from .responses import ElementResponses
-from .seating import spread_seatings
+from .seating import spread_starts
 from .tolerance_scatter import Spread, in_turn
 
-N_SEATINGS = 12
-"""Seatings over which the covariance is averaged. Chosen by the likelihood of records of individuals: 96 change their
--2 log likelihood by less than 25, where 6 lose up to 240."""
-PAIRS_EVERY = 3
-"""One of so many seatings stands for the products of elements and lobes, which take most of the time. Chosen by the
-likelihood of individuals, which the products of all seatings change by less than 40."""
+N_STARTS = 12
+"""Positions of the first element over which the covariance is averaged. Chosen by the likelihood of records of
+individuals: 24 change their -2 log likelihood by less than 15, and 8 lose up to 46."""
+PAIRS_EVERY = 6
+"""One of so many positions stands for the products of elements and lobes, which take most of the time. Chosen by the
+likelihood of individuals, which twice as many change by less than 1."""
 N_JOBS = 2
-"""Parts of the seatings that processes share; chosen by judgement, few because the sum of each is sent as a whole."""
+"""Parts of the positions that processes share; chosen by judgement, few because the sum of each is sent as a whole."""
 NEIGHBOURS = 128
 """Neighbouring blocks of a covariance that are worked on at once; 64 to 200 take the same time."""
 
@@ -58,8 +58,8 @@ class Scatter:
             return self._moved(twist, beside).covariance_at(twist, clearance, spread=spread)
         clearance = np.broadcast_to(np.asarray(clearance, float), twist.shape)[self.motion.block]
         average = average_torque(self.drive, self.responses, self.motion, twist, clearance)
-        seatings = np.arange(N_SEATINGS).reshape(N_JOBS, -1)
-        parts = spread(_products, [_SomeSeatings(self, clearance, average, some) for some in seatings])
+        starts = np.arange(N_STARTS).reshape(N_JOBS, -1)
+        parts = spread(_products, [_SomeStarts(self, clearance, average, some) for some in starts])
         found = functools.reduce(operator.iadd, parts)
         mirror_lower_triangle(found)
         curves = curve_columns(average[0], found)
@@ -86,9 +86,9 @@ class Scatter:
 
 
 @dataclass(frozen=True)
-class _SomeSeatings:
+class _SomeStarts:
     """scatter: at the twist of the contacts; clearance: (p,) m, of the parts of the motion; average: (2, n) N.m, of
-    `average_torque`; numbers: of the seatings."""
+    `average_torque`; numbers: of the starts."""
 
     scatter: Scatter
     clearance: Array
@@ -96,15 +96,15 @@ class _SomeSeatings:
     numbers: NDArray[np.intp]
 
 
-def _products(what: _SomeSeatings) -> Array:
-    """(n, n) (N.m)^2, lower triangle of what some seatings contribute to the covariance."""
+def _products(what: _SomeStarts) -> Array:
+    """(n, n) (N.m)^2, lower triangle of what some starts contribute to the covariance."""
     of, count = what.scatter, len(what.scatter.twist)
-    found, seatings = np.zeros((count, count), order="F"), spread_seatings(of.drive, N_SEATINGS)
+    found, starts = np.zeros((count, count), order="F"), spread_starts(of.drive, N_STARTS)
     for number in what.numbers:
-        elements = SeatedElements(of.drive, of.responses, of.motion, of.twist, what.clearance, seatings[number])
-        add_products(found, elements.columns(what.average), 1 / N_SEATINGS)
+        elements = SeatedElements(of.drive, of.responses, of.motion, of.twist, what.clearance, starts[number])
+        add_products(found, elements.columns(what.average), 1 / N_STARTS)
         if number % PAIRS_EVERY == 0:
-            add_products_of_sparse(found, elements.of_pairs(), PAIRS_EVERY / N_SEATINGS)
+            add_products_of_sparse(found, elements.of_pairs(), PAIRS_EVERY / N_STARTS)
     return found
 
 

@@ -4,6 +4,10 @@ Run as `python tests/benchmarks/probabilities/bench_scatter_scores.py --drives 4
 torque is not linearised, are simulated along one record with noise; each gain in -2 log likelihood of an effect that is
 linearised about the base curve is a score statistic (Rao's test). Under an exact covariance its mean is the number of
 the effect's amplitudes, or half of it where an amplitude has one sign, a few more where variants are tried.
+
+`--starts 4 8 12 24` compares covariances that are averaged over so many positions of the first element: the greatest
+mean square, over the positions of a missing ball, of its score on individuals, 1 under an exact covariance, and the
+mean -2 log likelihood of the individuals.
 """
 
 from __future__ import annotations
@@ -23,7 +27,9 @@ from reefmu.diagnosis.estimation.search import base_fit  # noqa: E402
 from reefmu.diagnosis.inference.simulated_records import simulate_noise  # noqa: E402
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem  # noqa: E402
 from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
+from reefmu.diagnosis.random_effects import scatter as scatter_module  # noqa: E402
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals  # noqa: E402
+from reefmu.diagnosis.random_effects.responses import PLACES  # noqa: E402
 from reefmu.diagnosis.random_effects.scatter import Scatter  # noqa: E402
 from reefmu.record import Record, make_record  # noqa: E402
 from stiffness_model import DoesNotFitWarning, Drive, load_drive  # noqa: E402
@@ -73,23 +79,49 @@ def score_statistics(problem: Problem, count: int, places: float) -> dict[str, A
         beside = torque - free @ np.linalg.lstsq(base.weighting.whiten(free), base.weighting.whiten(torque))[0]
         weights = base.weighting.with_likeliest_scatter(beside)
         basis = absorbing_basis(weights, free, base.bounds.prior_deviation)
-        residual = weights.whiten(torque)[:, None]
+        residual = weights.whiten(torque)
         residual = residual - basis @ (basis.T @ residual)
         for name, variants in directions.items():
-            found[name].append(max(float(score_gains(d, weights, basis, residual)[0][0]) for d in variants))
+            found[name].append(max(gain for gain, _ in score_gains(variants, weights, basis, residual)))
     return {name: np.array(gains) for name, gains in found.items()}
 
 
+def position_scores(problem: Problem, count: int) -> tuple[float, float]:
+    """The greatest mean square, over the positions of a missing ball, of its score on individuals whose places deviate
+    as widely as their sizes, and the mean -2 log likelihood of the individuals."""
+    assert isinstance(problem.scatter, Scatter)
+    base, weights = base_fit(problem), problem.weights.with_size(1.0)
+    drives = simulate_individuals(problem.scatter, count, seed=1, places=(PLACES, PLACES))
+    white = weights.whiten(drives.T + simulate_noise(problem, count, np.random.default_rng(1)))
+    basis = absorbing_basis(weights, base.prediction.sensitivities, base.bounds.prior_deviation)
+    white -= basis @ (basis.T @ white)
+    squares: list[float] = []
+    for variant in linearise(problem, "missing_ball", base):
+        column = weights.whiten(variant.columns[:, 0])
+        column -= basis @ (basis.T @ column)
+        squares.append(float(np.mean((column @ white) ** 2) / (column @ column)))
+    return max(squares), float((white**2).sum(axis=0).mean()) + weights.log_determinant
+
+
 def main() -> None:
-    """Print the mean gains."""
+    """Print the mean gains, or what numbers of starts make of a missing ball."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("--drives", type=int, default=48, help="individuals of each drive")
-    count = parser.parse_args().drives
+    parser.add_argument(
+        "--starts", type=int, nargs="*", default=[], help="positions of the first element, even numbers"
+    )
+    arguments = parser.parse_args()
     warnings.simplefilter("ignore", DoesNotFitWarning)
     for name in DRIVES:
+        for starts in arguments.starts:
+            scatter_module.N_STARTS, scatter_module.PAIRS_EVERY = starts, starts // 2
+            square, cost = position_scores(problem_of(load_drive(name)), arguments.drives)
+            print(f"{name}, {starts} starts: missing ball {square:.2f}, -2 log likelihood {cost:.0f}", flush=True)
+        if arguments.starts:
+            continue
         problem = problem_of(load_drive(name))
         for places in (0.0, 1.0):
-            gains = score_statistics(problem, count, places)
+            gains = score_statistics(problem, arguments.drives, places)
             order = sorted(gains, key=lambda effect: -float(gains[effect].mean()))
             print(f"{name}, places {places}:", ", ".join(f"{e} {gains[e].mean():.1f}" for e in order), flush=True)
 

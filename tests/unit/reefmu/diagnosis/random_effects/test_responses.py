@@ -10,7 +10,6 @@ from scipy.interpolate import RegularGridInterpolator
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
 from reefmu.diagnosis.random_effects.element_motion import element_motion, elements_on_profile, inside_profile
 from reefmu.diagnosis.random_effects.responses import TERMS, element_responses, place_deviations, term
-from reefmu.diagnosis.random_effects.seating import Seating, even_seats
 from stiffness_model import load_drive
 from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
 from tests import diagnosis_rig as rig
@@ -37,15 +36,15 @@ def test_elements_on_the_profile_are_those_of_every_sample(samples: int) -> None
     """The share of its part for which an element is on the profile is the mean over the samples, with fading edges."""
     drive = rig.drive()
     trace = make_trace(rig.protocol(), drive.ratio)
-    motion, seating = element_motion(drive, trace, make_blocks(trace, samples)), Seating(0.7, even_seats(drive))
+    motion, start = element_motion(drive, trace, make_blocks(trace, samples)), 0.7
     some = np.arange(0, len(motion.rotation), 97)
-    on = elements_on_profile(drive, motion, seating, 0.0)
+    on = elements_on_profile(drive, motion, start, 0.0)
     share = np.zeros((len(motion.rotation), drive.elements))
     share[on.part, on.element] = inside_profile(drive, motion, on.part, on.position)
     step = 2 * np.pi / drive.elements
     for part in some:
         at = motion.rotation[part] + motion.offsets[part][np.isfinite(motion.offsets[part])]
-        beta = seating.start + step * np.arange(drive.elements) + at[:, None]
+        beta = start + step * np.arange(drive.elements) + at[:, None]
         edge = (drive.usable_limit - np.abs((beta + np.pi) % (2 * np.pi) - np.pi)) / (2 * FADE_HALF_WIDTH) + 0.5
         assert share[part] == pytest.approx(np.clip(edge, 0, 1).mean(axis=0), abs=1e-9)
     assert ((share > 0) & (share < 1)).any()
