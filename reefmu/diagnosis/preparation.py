@@ -18,7 +18,7 @@ from ..model.chosen_effects import inherent_effects
 from ..model.contacts.tables import cached_lookup
 from ..record import Record
 from .estimation.least_squares import Fit
-from .estimation.problem import Problem, make_weights, search_blocks
+from .estimation.problem import SEARCH_BLOCKS, Problem, make_weights, search_blocks
 from .estimation.search import base_fit
 from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base, table_base
 from .losses.crank_losses import CRANK_FRICTION
@@ -71,10 +71,12 @@ class BaseCurveSource:
         return power_base(trace) if self.curve is None else curve_base(self.curve, trace.ratio)
 
 
-def prepare_problem(record: Record, trace: Trace, base: BaseCurve, spread: Spread = in_turn) -> Problem:
+def prepare_problem(
+    record: Record, trace: Trace, base: BaseCurve, spread: Spread = in_turn, blocks: int = SEARCH_BLOCKS
+) -> Problem:
     """The problem with all candidates that the record's columns allow, without simulated individuals of a drawing;
-    spread: shares the work among processes."""
-    problem = _without_scatter(record, trace, base)
+    spread: shares the work among processes; blocks: approximate number of them."""
+    problem = _without_scatter(record, trace, base, blocks)
     return _with_scatter(problem, base_fit(problem), spread)
 
 
@@ -86,10 +88,10 @@ def prepare_same_motion(record: Record, trace: Trace, other: Problem) -> Problem
     return replace(problem, scatter=other.scatter, individuals=other.individuals, weights=weights)
 
 
-def _without_scatter(record: Record, trace: Trace, base: BaseCurve) -> Problem:
+def _without_scatter(record: Record, trace: Trace, base: BaseCurve, count: int = SEARCH_BLOCKS) -> Problem:
     slope = _slope(trace, base)
     noise = estimate_noise(trace, slope)
-    blocks = search_blocks(trace)
+    blocks = search_blocks(trace, count)
     variance, block_variance = block_variances(noise, blocks.mean(slope), blocks.count)
     between = None if noise.repeated else estimate_cycle_scatter(record, trace, blocks, noise)
     if between is not None:
@@ -113,11 +115,12 @@ def _without_scatter(record: Record, trace: Trace, base: BaseCurve) -> Problem:
     return replace(problem, trace=trace)
 
 
-def with_individuals(problem: Problem, count: int = N_INDIVIDUALS) -> Problem:
-    """The problem with simulated individuals of its population, where a drawing states tolerances."""
+def with_individuals(problem: Problem, count: int = N_INDIVIDUALS, spread: Spread = in_turn) -> Problem:
+    """The problem with simulated individuals of its population, where a drawing states tolerances; spread: shares the
+    work among processes."""
     if not isinstance(problem.scatter, Scatter):
         return problem
-    return replace(problem, individuals=simulate_individuals(problem.scatter, count))
+    return replace(problem, individuals=simulate_individuals(problem.scatter, count, spread=spread))
 
 
 def _with_scatter(problem: Problem, without_effects: Fit, spread: Spread) -> Problem:

@@ -12,7 +12,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ..diagnosis.discrimination.effect_columns import Sensitivities
 from ..diagnosis.estimation.least_squares import Fit
-from ..diagnosis.estimation.problem import Problem
+from ..diagnosis.estimation.problem import SEARCH_BLOCKS, Problem
 from ..diagnosis.estimation.weighting import MIN_EIGENVALUE
 from ..diagnosis.preparation import BaseCurveSource, prepare_problem, prepare_same_motion
 from ..diagnosis.preprocessing.trace import make_trace
@@ -31,15 +31,19 @@ def excluded_effects(missing: Sequence[str]) -> dict[str, str]:
     return select_candidates(missing, "drawing")[1]
 
 
-def record_problem(drive: Drive, record: Record) -> tuple[Problem, Fit]:
-    """The diagnosis' problem for the record of a simulated drive, and its fit without effects."""
-    return problems_of_records(drive, [record])[0]
+def record_problem(drive: Drive, record: Record, blocks: int = SEARCH_BLOCKS) -> tuple[Problem, Fit]:
+    """The diagnosis' problem for the record of a simulated drive, of about so many blocks, and its fit without
+    effects."""
+    return problems_of_records(drive, [record], blocks)[0]
 
 
-def problems_of_records(drive: Drive, records: Sequence[Record]) -> list[tuple[Problem, Fit]]:
+def problems_of_records(
+    drive: Drive, records: Sequence[Record], blocks: int = SEARCH_BLOCKS
+) -> list[tuple[Problem, Fit]]:
     """The same for records of one motion: they share the scatter of individual drives, which takes most of the time."""
     traces = [make_trace(record, drive.ratio) for record in records]
-    first = prepare_problem(records[0], traces[0], BaseCurveSource(drive).base_curve(traces[0]))
+    base = BaseCurveSource(drive).base_curve(traces[0])
+    first = prepare_problem(records[0], traces[0], base, blocks=blocks)
     others = [prepare_same_motion(*both, first) for both in zip(records[1:], traces[1:], strict=True)]
     return [(problem, problem.fit_from((), problem.start(0.0))) for problem in (first, *others)]
 

@@ -14,6 +14,7 @@ from ..diagnosis.discrimination.effect_columns import Sensitivities, linear_in_t
 from ..diagnosis.discrimination.predicted_isolability import PredictedIsolability, isolability, mean_isolability
 from ..diagnosis.discrimination.rival_hypotheses import make_hypotheses, separations
 from ..diagnosis.discrimination.simulated_scores import gaussian_scores, scores_of_records
+from ..diagnosis.estimation.problem import SEARCH_BLOCKS
 from ..diagnosis.inference.dispersion import dispersion
 from ..diagnosis.preparation import with_individuals
 from ..diagnosis.probabilities.typical_sizes import typical_sizes
@@ -29,6 +30,9 @@ LIBRARY_SEED, PROTOCOL_SEEDS = 1, (2, 3, 4, 5)
 """Seeds of the library's record, which is one of the mean drive, and of the protocol's records, which are of individual
 drives. The diagnosis estimates noise and scatter in each; chosen by judgement for a time of some seconds."""
 
+LIBRARY_BLOCKS = 2 * SEARCH_BLOCKS
+"""Approximate number of blocks of the library's record, which holds every motion; chosen by judgement, so that a block
+is hardly longer than those of a protocol's record."""
 DRAWS = 50
 """Records that are simulated along each of them. The standard error of a probability is then below 4 percentage
 points, besides what those records have in common."""
@@ -100,7 +104,7 @@ def prepare_setting(drive: Drive, rig: Rig, names: Sequence[str] | None, report:
         crank_noise=0.0,
         crank_resolution=0.0,
     )
-    problem, fit = record_problem(drive, measured_record(drive, complete, whole, LIBRARY_SEED))
+    problem, fit = record_problem(drive, measured_record(drive, complete, whole, LIBRARY_SEED), LIBRARY_BLOCKS)
     report("sensitivities", 0.2)
     columns = linear_in_time(sensitivities(problem, fit, sizes, names))
     return Setting(drive, rig, library, whole, columns, sizes, names)

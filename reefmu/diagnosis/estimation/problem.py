@@ -30,8 +30,9 @@ from .weighting import (
     without_blocks,
 )
 
-SEARCH_BLOCKS = 2400
-"""Approximate number of blocks on which sets of effects are searched. Chosen by judgement to bound the search time."""
+SEARCH_BLOCKS = 1200
+"""Approximate number of blocks on which sets of effects are searched, which bounds the time of a search. Twice as many
+do not make the true explanations of 90 records likelier (`docs/explanation/validation.md`)."""
 SAME_TWIST, SAME_CLEARANCE = 0.02, 0.3
 """Changes of the contacts' twist, over the base curve's greatest twist, and of their clearance, in standard deviations
 of the population, within which the scatter is not computed anew. Chosen by judgement."""
@@ -228,9 +229,9 @@ class Problem:
         return found.cost - self.expected_chi_square(found.weighting) - found.weighting.log_determinant
 
 
-def search_blocks(trace: Trace) -> Blocks:
-    """The blocks on which sets of effects are searched."""
-    return make_blocks(trace, max(1, round(len(trace) / SEARCH_BLOCKS)))
+def search_blocks(trace: Trace, count: int = SEARCH_BLOCKS) -> Blocks:
+    """About `count` blocks, on which sets of effects are searched."""
+    return make_blocks(trace, max(1, round(len(trace) / count)))
 
 
 def make_weights(
