@@ -9,13 +9,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from stiffness_model.numerics.arrays import Array
+
 from ..effects import declared_test
 from ..record import TORQUE_SIDES, Record
 from .analysis import Analysis, WrittenFits
+from .estimation.least_squares import Fit
 from .estimation.problem import Problem
 from .estimation.search import base_fit, linearise_candidates, several_effects, single_effects
-from .estimation.worker_pool import open_pool, spread_over
+from .estimation.worker_pool import WorkerPool, open_pool, spread_over
 from .fitted_values import CrankLosses
+from .hypotheses import IsolabilityMatrix
 from .inference.evidence import Evidence
 from .inference.isolability import Isolability, isolability
 from .losses.crank_losses import CRANK_FRICTION, LAW, crank_losses, with_losses
@@ -96,34 +100,43 @@ def _analyse(
     problem = prepare_problem(record, trace, source.base_curve(trace), spread_over(executor))
     if too_noisy := _excessive_noise(problem):
         return _timed(insufficient_diagnosis(audited, [too_noisy]), started)
-    evidence, isolated = _collect_evidence(problem, report, executor)
-    report("probabilities", 0.9)
-    base = evidence.search.base
-    found = assess(evidence, priors)
-    chosen = found.conclusion.chosen
-    report("result", 0.95)
-    written = WrittenFits(written_fit(evidence.problem, base), written_fit(evidence.problem, chosen))
-    gap = measure_gap(evidence.problem, record, written, found.held_out)
-    if refusal := base_refusal(evidence.problem, chosen, gap):
-        # Losses follow from the torques alone, whatever the base curve.
-        refused = insufficient_diagnosis(audited, [refusal], gap)
-        return _timed(_with_losses(refused, losses), started)
-    diagnosis = assemble_diagnosis(evidence, isolated, found, written, gap, audited)
-    told_apart = record_isolability(evidence.problem, base, chosen, found.sizes)
-    diagnosis = diagnosis.with_probabilities(found.hypotheses, global_p(evidence.problem, chosen), told_apart)
+    report("single effects", 0.1)
+    evidence, isolated = _single_effects(problem, executor)
+    with open_pool(evidence.problem, executor) as pool:
+        evidence = _several_effects(evidence, pool, report)
+        report("probabilities", 0.9)
+        found, problem = assess(evidence, priors, pool), evidence.problem
+        base, chosen = evidence.search.base, found.conclusion.chosen
+        # Another process, if there is one, computes it while this one goes on.
+        sent = problem.individuals, problem.without_weights(base), problem.without_weights(chosen), found.sizes
+        told_apart = pool.map(_told_apart, [sent])
+        report("result", 0.95)
+        written = WrittenFits(written_fit(problem, base), written_fit(problem, chosen))
+        gap = measure_gap(problem, record, written, found.held_out)
+        if refusal := base_refusal(problem, chosen, gap):
+            # Losses follow from the torques alone, whatever the base curve.
+            refused = insufficient_diagnosis(audited, [refusal], gap)
+            return _timed(_with_losses(refused, losses), started)
+        diagnosis = assemble_diagnosis(evidence, isolated, found, written, gap, audited)
+        goodness = global_p(problem, chosen)
+        diagnosis = diagnosis.with_probabilities(found.hypotheses, goodness, next(told_apart))
     diagnosis = _with_losses(_with_friction_at_the_crank(diagnosis, record), losses)
     return Analysis(record, evidence, isolated, found.conclusion, written, _timed(diagnosis, started))
 
 
-def _collect_evidence(problem: Problem, report: Progress, executor: Executor | None) -> tuple[Evidence, Isolability]:
-    """Fit the sets of effects that this record can show."""
-    report("single effects", 0.1)
-    evidence, isolated = _single_effects(problem, executor)
-    with open_pool(evidence.problem, executor) as pool:
-        whole = several_effects(
-            pool, evidence.search, MAX_EFFECTS, lambda stage, share: report(stage, 0.2 + 0.7 * share)
-        )
-    return replace(evidence, problem=with_individuals(evidence.problem), search=whole), isolated
+def _several_effects(evidence: Evidence, pool: WorkerPool, report: Progress) -> Evidence:
+    """The evidence with sets of several effects, and with simulated individuals."""
+    whole = several_effects(pool, evidence.search, MAX_EFFECTS, lambda stage, share: report(stage, 0.2 + 0.7 * share))
+    problem = with_individuals(evidence.problem, spread=spread_over(pool.executor))
+    return replace(evidence, problem=problem, search=whole)
+
+
+def _told_apart(problem: Problem, job: tuple[Array, Fit, Fit, Mapping[str, float]]) -> IsolabilityMatrix:
+    """`record_isolability` of a problem with individuals (m, n), N.m, for fits as `Problem.without_weights` sent
+    them."""
+    individuals, base, chosen, sizes = job
+    fits = problem.with_weights(base), problem.with_weights(chosen)
+    return record_isolability(replace(problem, individuals=individuals), *fits, sizes)
 
 
 def _single_effects(problem: Problem, executor: Executor | None) -> tuple[Evidence, Isolability]:

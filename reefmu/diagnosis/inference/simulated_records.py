@@ -11,6 +11,7 @@ from stiffness_model.numerics.arrays import Array
 from ..estimation.least_squares import Fit, fit
 from ..estimation.problem import Problem
 from ..estimation.weighting import INDIVIDUAL_SIZE, Weighting
+from ..estimation.worker_pool import WorkerPool
 from .unnamed import strongest_term
 
 N_WITH_TERMS = 8
@@ -45,18 +46,22 @@ def simulate_records(problem: Problem, count: int, seed: int) -> SimulatedRecord
     return SimulatedRecords(noise, drawn / problem.weights.with_likeliest_scatter(drawn + noise, INDIVIDUAL_SIZE).size)
 
 
-def gain_by_chance(problem: Problem, base: Fit, records: SimulatedRecords, size: float) -> float:
+def gain_by_chance(pool: WorkerPool, base: Fit, records: SimulatedRecords, size: float) -> float:
     """Greatest gain in -2 log likelihood of anything unnamed along some records, each beside the base curve and
     the scatter that fit it best.
 
     base: fit without effects; size: of the scatter of the simulated drives, 1 for individuals as drawn.
     """
-    gains = [0.0]
-    for record in records.under(base.weighting.with_size(size)).T:
-        torque = base.prediction.torque + record
-        found = fit(problem.predictor(()), torque, problem.weights, problem.bounds(()), base.parameters)
-        gains.append(strongest_term(problem, found, torque - found.prediction.torque).gain)
-    return max(gains)
+    drawn = records.under(base.weighting.with_size(size)).T
+    return max([0.0, *pool.map(_gain, [(base.prediction.torque + record, base.parameters) for record in drawn])])
+
+
+def _gain(problem: Problem, job: tuple[Array, Array]) -> float:
+    """`gain_by_chance` of one record: its torque (n,), N.m, and the parameters from which a fit without effects
+    starts."""
+    torque, start = job
+    found = fit(problem.predictor(()), torque, problem.weights, problem.bounds(()), start)
+    return strongest_term(problem, found, torque - found.prediction.torque).gain
 
 
 def simulate_noise(problem: Problem, count: int, rng: np.random.Generator) -> Array:

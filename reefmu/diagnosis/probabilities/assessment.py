@@ -14,6 +14,7 @@ from ..estimation.held_out import fits_without_held_out
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.score_test import amplitudes
+from ..estimation.worker_pool import WorkerPool
 from ..hypotheses import Hypothesis, IsolabilityMatrix
 from ..inference.evidence import Evidence
 from .averaged_intervals import Rival, rivals_of
@@ -41,10 +42,11 @@ class Assessment:
     sizes: Mapping[str, float]
 
 
-def assess(evidence: Evidence, priors: Priors = NO_PRIORS) -> Assessment:
-    """The assessment of one record's evidence; priors: of a user."""
+def assess(evidence: Evidence, priors: Priors = NO_PRIORS, pool: WorkerPool | None = None) -> Assessment:
+    """The assessment of one record's evidence; priors: of a user; pool: of processes that have its problem, this one if
+    None."""
     problem, base = evidence.problem, evidence.search.base
-    rows = hypothesis_table(evidence, stated_sizes(problem, priors))
+    rows = hypothesis_table(evidence, stated_sizes(problem, priors), pool)
     hypotheses = probabilities(rows, priors)
     conclusion = conclude(evidence, rows, hypotheses)
     held_out = fits_without_held_out(problem, (base, conclusion.chosen)) if conclusion.chosen.names else ()

@@ -19,7 +19,8 @@ from ..estimation.least_squares import HELD_SIZE, Fit, by_cost
 from ..estimation.problem import Problem
 from ..estimation.residuals import remainder
 from ..estimation.shared_covariances import least_costs
-from ..estimation.weighting import MEAN_DRIVE_SIZE
+from ..estimation.weighting import MEAN_DRIVE_SIZE, without_blocks
+from ..estimation.worker_pool import WorkerPool
 from ..hypotheses import Hypothesis
 from ..inference.dispersion import dispersion
 from ..inference.evidence import Evidence
@@ -71,21 +72,22 @@ class Row:
         return Hypothesis(tuple(sorted(self.effects - self.faint)), self.unnamed and not self.is_hidden, probability)
 
 
-def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Row, ...]:
+def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float], pool: WorkerPool | None = None) -> tuple[Row, ...]:
     """The rows of all fitted sets, and of those that the record hardly tells from the likeliest of them; nothing is
     always among them. Each is there once without anything unnamed, once with something that is too small to show and,
     where that was tried and gains, once with something that shows.
 
-    sizes: typical ones, SI, by `effect.parameter`, where they are stated: no other effect is too small.
+    sizes: typical ones, SI, by `effect.parameter`, where they are stated: no other effect is too small. pool: of
+    processes that have the problem, this one if None.
     """
-    problem, base = evidence.problem, evidence.search.base
+    problem, base, pool = evidence.problem, evidence.search.base, pool or WorkerPool(evidence.problem)
     fits = [fit for fit in _fits(evidence) if not (fit.names and is_degenerate(problem, fit))]
     best_fits = _best(fits)
     mean_drive = [*_for_mean_drive(problem, base, best_fits)]
     off_curve = [*_with_curve_within_tolerance(problem, base, best_fits)]
     plain = (*best_fits, *mean_drive, *off_curve)
     nothing, *least = least_costs(problem, [base, *best_fits])
-    compared = _beside_unnamed(problem, plain)
+    compared = _beside_unnamed(pool, plain)
     explanations = [*((fit, None) for fit in plain), *compared]
     divided = dispersion(problem, explanations)
 
@@ -95,7 +97,7 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
         # A fit without what is missing has a wider scatter than the drive, which is taken to be as it is drawn.
         size = 1.0 if fit.weighting.is_individual else fit.weighting.size
         if size not in chance:
-            chance[size] = gain_by_chance(problem, base, records, size)
+            chance[size] = gain_by_chance(pool, base, records, size)
         return chance[size]
 
     def row(fit: Fit, cost: float, beside: TermFit | None = None) -> Row:
@@ -113,7 +115,7 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float]) -> tuple[Ro
     likeliest = max(rows, key=lambda r: r.log_evidence).fit
     exchanged = [*exchanged_fits(problem, likeliest)]
     rows += [row(*both) for both in zip(exchanged, least_costs(problem, exchanged, [base, *best_fits]), strict=True)]
-    compared += _beside_unnamed(problem, exchanged)
+    compared += _beside_unnamed(pool, exchanged)
     rows += [row(fit, fit.cost, beside) for fit, beside in compared if beside.gain > 0]
     best: dict[Key, Row] = {}
     for found in rows:
@@ -152,13 +154,26 @@ def _faint(rows: Mapping[Key, Row], row: Row) -> frozenset[str]:
     return row.effects - shown
 
 
-def _beside_unnamed(problem: Problem, fits: Sequence[Fit]) -> list[tuple[Fit, UnnamedFit]]:
+def _beside_unnamed(pool: WorkerPool, fits: Sequence[Fit]) -> list[tuple[Fit, UnnamedFit]]:
     """Every fit with what gains most as something unnamed; the likeliest of them, and those without effects, are fitted
     anew beside it."""
-    first = [(fit, strongest_beside(problem, fit)) for fit in fits]
-    order = sorted(range(len(first)), key=lambda k: first[k][0].cost - first[k][1].gain)
-    likeliest = {*order[:N_BESIDE], *(k for k, fit in enumerate(fits) if not fit.names)}
-    return [fit_beside(problem, *both) if k in likeliest else both for k, both in enumerate(first)]
+    sent = [pool.problem.without_weights(fit) for fit in fits]
+    found = [*zip(fits, pool.map(_strongest, sent), strict=True)]
+    order = sorted(range(len(fits)), key=lambda k: fits[k].cost - found[k][1].gain)
+    likeliest = sorted({*order[:N_BESIDE], *(k for k, fit in enumerate(fits) if not fit.names)})
+    anew = pool.map(_fit_beside, [(sent[k], found[k][1]) for k in likeliest])
+    for k, (fit, beside) in zip(likeliest, anew, strict=True):
+        found[k] = replace(fit, weighting=fits[k].weighting.with_size(fit.weighting.size)), beside
+    return found
+
+
+def _strongest(problem: Problem, fit: Fit) -> UnnamedFit:
+    return strongest_beside(problem, problem.with_weights(fit))
+
+
+def _fit_beside(problem: Problem, job: tuple[Fit, UnnamedFit]) -> tuple[Fit, UnnamedFit]:
+    fit, beside = fit_beside(problem, problem.with_weights(job[0]), job[1])
+    return replace(fit, weighting=without_blocks(fit.weighting)), beside
 
 
 def _fits(evidence: Evidence) -> list[Fit]:

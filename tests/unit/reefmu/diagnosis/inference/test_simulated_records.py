@@ -10,6 +10,7 @@ import pytest
 from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
+from reefmu.diagnosis.estimation.worker_pool import WorkerPool
 from reefmu.diagnosis.forward.base_curve import power_base
 from reefmu.diagnosis.inference.nonparametric import fit_terms_to
 from reefmu.diagnosis.inference.simulated_records import (
@@ -46,7 +47,7 @@ def test_individuals_with_a_wave_of_their_own_gain_by_terms_without_a_name(fitte
     wave = np.sin(np.arange(len(problem.torque)) / 7.0)
     small = np.random.default_rng(0).standard_normal((len(wave), N_WITH_TERMS)) * 0.01
     records = SimulatedRecords(small, np.outer(wave, np.linspace(1, 3, N_WITH_TERMS)))
-    gains = [gain_by_chance(problem, base, records, size) for size in (0.0, 1.0, 2.0)]
+    gains = [gain_by_chance(WorkerPool(problem), base, records, size) for size in (0.0, 1.0, 2.0)]
     assert gains[0] < 1.0
     assert gains[2] > 2 * gains[1] > 20
 
@@ -60,5 +61,5 @@ def test_what_the_base_curve_takes_up_is_no_gain(fitted: tuple[Problem, Fit]) ->
     bent = problem.predictor(())(other).torque - base.prediction.torque
     small = np.random.default_rng(0).standard_normal((len(bent), 2)) * 0.01
     records = SimulatedRecords(small, np.stack([bent] * 2, axis=1))
-    assert gain_by_chance(problem, base, records, 1.0) < 2.0
+    assert gain_by_chance(WorkerPool(problem), base, records, 1.0) < 2.0
     assert fit_terms_to(problem, base, small[:, 0] + bent)[0].gain > 20.0
