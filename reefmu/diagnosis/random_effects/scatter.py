@@ -81,8 +81,10 @@ class Scatter:
 
     @property
     def mean_clearance_deviation(self) -> float:
-        """m, standard deviation of the mean over all elements of a drive."""
-        return self.responses.deviation / float(np.sqrt(self.drive.elements))
+        """m, standard deviation of the mean over all elements of a drive, some of which may share a crank."""
+        drive, crank = self.drive, self.responses.shares["crank"]
+        cranks = drive.eccentrics if drive.crank_deviation == "eccentric" else drive.elements
+        return self.responses.deviation * float(np.sqrt((1 - crank) / drive.elements + crank / cranks))
 
 
 @dataclass(frozen=True)

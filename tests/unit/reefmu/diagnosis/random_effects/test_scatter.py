@@ -118,6 +118,19 @@ def test_the_covariance_is_exact_where_elements_lift_off() -> None:
     assert float(np.mean(weights.whiten(noisy.T) ** 2)) == pytest.approx(1.0, abs=0.035)
 
 
+@pytest.mark.parametrize("shared", ["element", "eccentric"])
+def test_the_mean_clearance_deviates_as_in_individuals(scatter: Scatter, shared: str) -> None:
+    """By sizes and places of lobes and balls, and by cranks, one for each element or one for each eccentric."""
+    drive = load_drive("drive_1", crank_deviation=shared, crank_tolerance="IT7")
+    found = replace(scatter, drive=drive, responses=element_responses(drive))
+    shares, rng = found.responses.shares, np.random.default_rng(0)
+    cranks = rng.standard_normal((4000, drive.eccentrics if shared == "eccentric" else drive.elements))
+    own = np.sqrt(1 - shares["crank"]) * rng.standard_normal((4000, drive.elements))
+    clearance = own + np.sqrt(shares["crank"]) * np.tile(cranks, drive.elements // cranks.shape[1])
+    expected = found.clearance_deviation * clearance.mean(axis=1).std()
+    assert found.mean_clearance_deviation == pytest.approx(expected, rel=0.05)
+
+
 def test_individuals_average_to_the_mean_drive(scatter: Scatter) -> None:
     """Those of any start without deviations of places."""
     loaded = np.abs(scatter.twist) > 0.3 * rig.drive().max_twist
