@@ -3,13 +3,15 @@ this run.
 
 Run as `python tests/benchmarks/diagnosis/bench_diagnosis_speed.py` with one thread of BLAS (OMP_NUM_THREADS=1);
 `--records 3 27` gives the lengths in multiples of 4240 samples. The plain predictor is made anew for every call, so
-that nothing is reused, and evaluates all samples.
+that nothing is reused, and evaluates all samples. `--catalogue 14` times the full protocols of a catalogue of the
+second generator in two processes instead.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+import tempfile
 import time
 import warnings
 from collections.abc import Callable
@@ -20,6 +22,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3]))
 
+from reefmu.commands.terminal.worker_processes import process_pool
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.problem import search_blocks
 from reefmu.diagnosis.forward.base_curve import BaseCurve, drawing_base
@@ -32,9 +35,11 @@ from reefmu.model.drive_model import build_model
 from reefmu.planning import Rig, make_plan
 from reefmu.record import Record
 from reefmu.simulate import simulate_record
-from stiffness_model import DoesNotFitWarning
+from stiffness_model import DoesNotFitWarning, load_drive
 from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
+from tests.validation.blind_individuals.catalogue import case
+from tests.validation.blind_individuals.records import make
 
 SETS: tuple[tuple[str, ...], ...] = (
     (),
@@ -106,12 +111,37 @@ def time_diagnosis(what: str, record: Record) -> None:
     print(f"  diagnosis, {what}: {wall:.1f} s, {cpu:.1f} s of processor time ({found.verdict} {names})")
 
 
+def time_catalogue(seed: int, count: int) -> None:
+    """Print the median and the longest time of the full protocols among the first records of a catalogue of the second
+    generator, in two processes with their tables cached."""
+    times: list[float] = []
+    with process_pool(2) as pool, tempfile.TemporaryDirectory() as folder:
+        record, drawing = Path(folder, "record.csv"), Path(folder, "drive.toml")
+        for number in range(count):
+            sealed = make(case(number, seed))
+            if sealed.truth.to_dict()["protocol"] != "full":
+                continue
+            record.write_text(sealed.record, encoding="utf-8")
+            drawing.write_text(sealed.drawing, encoding="utf-8")
+            cached_lookup(load_drive(drawing))
+            started = time.perf_counter()
+            found = diagnose_record(record, drive=drawing, executor=pool)
+            times.append(time.perf_counter() - started)
+            print(f"  {seed}/{number}: {times[-1]:.1f} s ({found.verdict})", flush=True)
+    print(f"{len(times)} records: median {np.median(times):.1f} s, longest {max(times):.1f} s")
+
+
 def main() -> None:
     """Compare the predictors and time a whole diagnosis for every length of record."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--records", type=int, nargs="+", default=[3, 27])
+    parser.add_argument("--catalogue", type=int, help="seed: time diagnoses in two processes instead")
+    parser.add_argument("--count", type=int, default=40, help="records of the catalogue")
     options = parser.parse_args()
     warnings.simplefilter("ignore", DoesNotFitWarning)
+    if options.catalogue is not None:
+        time_catalogue(options.catalogue, options.count)
+        return
     for oversampling in options.records:
         record = noisy_record(oversampling)
         compare_predictors(record)
