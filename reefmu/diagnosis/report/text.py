@@ -186,8 +186,8 @@ def cautions(diagnosis: Diagnosis) -> list[str]:
     """What a reader must know before relying on the numbers."""
     lines = [bound_text(found) for found in diagnosis.at_bounds]
     lines += [
-        f"{effect.name}: {name.replace('_', ' ')} is {value.warning} "
-        f"({interval_text(value.low, value.high, value.unit)}): its size is uncertain"
+        f"{effect.name}: {name.replace('_', ' ')} is only known to be within "
+        f"{interval_text(value.low, value.high, value.unit)} (95 %)"
         for effect in diagnosis.effects
         for name, value in effect.parameters.items()
         if value.warning and not value.bound

@@ -154,7 +154,7 @@ def test_cautions_of_the_report() -> None:
     assert json.loads(MADE.to_json())["at_bounds"][0]["low"] is None
     wide = replace(HYSTERESIS, parameters={"torque": Value(4.0, 0.0, 9.0, "N.m", "wide interval")})
     free = replace(MADE, at_bounds=())
-    assert "its size is uncertain" in cautions(replace(free, effects=(wide,)))[0]
+    assert "torque is only known to be within" in cautions(replace(free, effects=(wide,)))[0]
     sure = replace(free, effects=(replace(HYSTERESIS, parameters={"torque": Value(4.0, 3.9, 4.1, "N.m")}),))
     assert cautions(sure) == []
     assert "does not shrink" in cautions(replace(sure, gap=Gap(5.0, 5.5, 5.4)))[0]
