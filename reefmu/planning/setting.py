@@ -30,7 +30,7 @@ LIBRARY_SEED, PROTOCOL_SEEDS = 1, (2, 3, 4, 5)
 """Seeds of the library's record, which is one of the mean drive, and of the protocol's records, which are of individual
 drives. The diagnosis estimates noise and scatter in each; chosen by judgement for a time of some seconds."""
 
-LIBRARY_BLOCKS = round(1.5 * SEARCH_BLOCKS)
+LIBRARY_BLOCKS = round(1.2 * SEARCH_BLOCKS)
 """Approximate number of blocks of the library's record, which holds every motion; chosen by judgement, so that a block
 is hardly longer than those of a protocol's record."""
 DRAWS = 50

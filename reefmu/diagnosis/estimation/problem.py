@@ -30,9 +30,9 @@ from .weighting import (
     without_blocks,
 )
 
-SEARCH_BLOCKS = 1600
-"""Approximate number of blocks on which sets of effects are searched, which bounds the time of a search. With 1200 a
-missing ball has half the evidence, all other effects have the same as with 2400
+SEARCH_BLOCKS = 2000
+"""Approximate number of blocks on which sets of effects are searched. Chosen by judgement to bound the time of a search:
+a missing ball has the more evidence, and a ripple the shorter a period that is found, the more blocks there are
 (`tests/benchmarks/diagnosis/bench_blocks.py`)."""
 SAME_TWIST, SAME_CLEARANCE = 0.02, 0.3
 """Changes of the contacts' twist, over the base curve's greatest twist, and of their clearance, in standard deviations
