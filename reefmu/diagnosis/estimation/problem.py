@@ -31,8 +31,8 @@ from .weighting import (
 )
 
 SEARCH_BLOCKS = 2000
-"""Approximate number of blocks on which sets of effects are searched. Chosen by judgement to bound the time of a search:
-a missing ball has the more evidence, and a ripple the shorter a period that is found, the more blocks there are
+"""Approximate number of blocks on which sets of effects are searched. Chosen by judgement to bound the time: with more
+blocks a missing ball has more evidence, and ripples of shorter periods are found
 (`tests/benchmarks/diagnosis/bench_blocks.py`)."""
 SAME_TWIST, SAME_CLEARANCE = 0.02, 0.3
 """Changes of the contacts' twist, over the base curve's greatest twist, and of their clearance, in standard deviations
