@@ -36,18 +36,7 @@ def test_a_late_torque_is_known_whether_the_rig_holds_twist_or_torque(made: Call
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "made",
-    [
-        pytest.param(
-            record_of_individual,
-            marks=pytest.mark.xfail(
-                reason="this drive deviates by 1.2 times its tolerances, which are limits: 1.50", strict=True
-            ),
-        ),
-        record_at_held_torque,
-    ],
-)
+@pytest.mark.parametrize("made", [record_of_individual, record_at_held_torque])
 def test_what_passing_elements_add_to_a_late_torque_is_scatter(made: Callable[..., Record]) -> None:
     drive = seated_drive(24)
     record = made(drive, late=0.004)
