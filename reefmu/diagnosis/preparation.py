@@ -89,7 +89,7 @@ def prepare_same_motion(record: Record, trace: Trace, other: Problem) -> Problem
 
 
 def _without_scatter(record: Record, trace: Trace, base: BaseCurve, count: int = SEARCH_BLOCKS) -> Problem:
-    slope = _slope(trace, base)
+    slope = guess_stiffness(trace, base)
     noise = estimate_noise(trace, slope)
     blocks = search_blocks(trace, count)
     variance, block_variance = block_variances(noise, blocks.mean(slope), blocks.count)
@@ -137,8 +137,8 @@ def _with_scatter(problem: Problem, without_effects: Fit, spread: Spread) -> Pro
     return replace(problem, scatter=scatter, weights=make_weights(problem.variance, scatter, base.full_torque, spread))
 
 
-def _slope(trace: Trace, base: BaseCurve) -> Array:
-    """Stiffness, N.m/rad, of the base curve along the record, from a first guess of its parameters."""
+def guess_stiffness(trace: Trace, base: BaseCurve) -> Array:
+    """(n,) N.m/rad, stiffness of the base curve at all samples, from a first guess of its parameters."""
     zero = float(np.median(trace.twist)) if base.kind == "power law" else _zero(trace, base)
     return base.elastic.evaluate(trace.twist - zero, 0.0, base.shape.start)[1]
 

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 import time
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -21,11 +19,10 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 from reefmu.diagnosis.estimation.search import base_fit  # noqa: E402
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem  # noqa: E402
 from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
-from reefmu.record import Record, read_record  # noqa: E402
-from stiffness_model import DoesNotFitWarning, Drive, load_drive  # noqa: E402
+from reefmu.record import Record  # noqa: E402
+from stiffness_model import Drive  # noqa: E402
+from tests.benchmarks.probabilities.observed_records import second_record  # noqa: E402
 from tests.benchmarks.probabilities.rival_sets import true_fit  # noqa: E402
-from tests.validation.blind_individuals.catalogue import case  # noqa: E402
-from tests.validation.blind_individuals.records import make  # noqa: E402
 
 
 def gain(record: Record, drive: Drive, truth: dict[str, dict[str, float]], blocks: int) -> tuple[float, float]:
@@ -46,18 +43,16 @@ def main() -> None:
     parser.add_argument("cases", nargs="*", default=["15/65", "16/40", "14/34"], help="seed/number")
     parser.add_argument("--blocks", type=int, nargs="*", default=[800, 1200, 1600, 2400, 3600])
     arguments = parser.parse_args()
-    warnings.simplefilter("ignore", DoesNotFitWarning)
     for name in arguments.cases:
         seed, number = map(int, name.split("/"))
-        sealed = make(case(number, seed))
-        with tempfile.TemporaryDirectory() as folder:
-            record, drawing = Path(folder, "record.csv"), Path(folder, "drive.toml")
-            record.write_text(sealed.record, encoding="utf-8")
-            drawing.write_text(sealed.drawing, encoding="utf-8")
-            measured, drive = read_record(record), load_drive(drawing)
-        truth = sealed.truth.to_dict()["parameters"]
-        parts = [(blocks, *gain(measured, drive, truth, blocks)) for blocks in arguments.blocks]
-        print(name, ", ".join(truth), "; ".join(f"{n} blocks: {g:.1f} in {s:.1f} s" for n, g, s in parts), flush=True)
+        record, drive, truth = second_record(number, seed)
+        parts = [(blocks, *gain(record, drive, truth["parameters"], blocks)) for blocks in arguments.blocks]
+        print(
+            name,
+            ", ".join(truth["names"]),
+            "; ".join(f"{n} blocks: {g:.1f} in {s:.1f} s" for n, g, s in parts),
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
 import time
 import warnings
 from collections.abc import Callable
@@ -35,11 +34,10 @@ from reefmu.model.drive_model import build_model
 from reefmu.planning import Rig, make_plan
 from reefmu.record import Record
 from reefmu.simulate import simulate_record
-from stiffness_model import DoesNotFitWarning, load_drive
+from stiffness_model import DoesNotFitWarning
 from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
-from tests.validation.blind_individuals.catalogue import case
-from tests.validation.blind_individuals.records import make
+from tests.benchmarks.probabilities.observed_records import second_record
 
 SETS: tuple[tuple[str, ...], ...] = (
     (),
@@ -115,17 +113,14 @@ def time_catalogue(seed: int, count: int) -> None:
     """Print the median and the longest time of the full protocols among the first records of a catalogue of the second
     generator, in two processes with their tables cached."""
     times: list[float] = []
-    with process_pool(2) as pool, tempfile.TemporaryDirectory() as folder:
-        record, drawing = Path(folder, "record.csv"), Path(folder, "drive.toml")
+    with process_pool(2) as pool:
         for number in range(count):
-            sealed = make(case(number, seed))
-            if sealed.truth.to_dict()["protocol"] != "full":
+            record, drive, truth = second_record(number, seed)
+            if truth["protocol"] != "full":
                 continue
-            record.write_text(sealed.record, encoding="utf-8")
-            drawing.write_text(sealed.drawing, encoding="utf-8")
-            cached_lookup(load_drive(drawing))
+            cached_lookup(drive)
             started = time.perf_counter()
-            found = diagnose_record(record, drive=drawing, executor=pool)
+            found = diagnose_record(record, drive=drive, executor=pool)
             times.append(time.perf_counter() - started)
             print(f"  {seed}/{number}: {times[-1]:.1f} s ({found.verdict})", flush=True)
     print(f"{len(times)} records: median {np.median(times):.1f} s, longest {max(times):.1f} s")

@@ -9,37 +9,25 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
-import warnings
 from pathlib import Path
 
 import numpy as np
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
-from reefmu.diagnosis.preparation import BaseCurveSource  # noqa: E402
+from reefmu.diagnosis.preparation import BaseCurveSource, guess_stiffness  # noqa: E402
 from reefmu.diagnosis.preprocessing.noise import estimate_noise  # noqa: E402
 from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
-from reefmu.record import read_record  # noqa: E402
-from stiffness_model import DoesNotFitWarning, load_drive  # noqa: E402
-from tests.validation.blind_individuals.catalogue import case  # noqa: E402
-from tests.validation.blind_individuals.records import make  # noqa: E402
+from tests.benchmarks.probabilities.observed_records import second_record  # noqa: E402
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 
 
 def ratios(seed: int, number: int) -> tuple[float, float]:
     """Estimated over true standard deviation, of samples and of sums over many of them."""
-    sealed = make(case(number, seed))
-    truth = sealed.truth.to_dict()
-    with tempfile.TemporaryDirectory() as folder:
-        record, drawing = Path(folder, "record.csv"), Path(folder, "drive.toml")
-        record.write_text(sealed.record, encoding="utf-8")
-        drawing.write_text(sealed.drawing, encoding="utf-8")
-        measured, drive = read_record(record), load_drive(drawing)
-    trace = make_trace(measured, drive.ratio)
-    base = BaseCurveSource(drive).base_curve(trace)
-    slope = base.elastic.evaluate(trace.twist - float(np.median(trace.twist)), 0.0, base.shape.start)[1]
+    record, drive, truth = second_record(number, seed)
+    trace = make_trace(record, drive.ratio)
+    slope = guess_stiffness(trace, BaseCurveSource(drive).base_curve(trace))
     found, rho = estimate_noise(trace, slope), truth["correlation"]
     single = float(np.sqrt(np.mean(found.variance(slope)))) / truth["noise"]
     return single, single * float(np.sqrt(found.correlation.correlation_time * (1 - rho) / (1 + rho)))
@@ -51,7 +39,6 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=14, help="of the catalogue")
     parser.add_argument("--count", type=int, default=90, help="records")
     arguments = parser.parse_args()
-    warnings.simplefilter("ignore", DoesNotFitWarning)
     found = np.array([ratios(arguments.seed, number) for number in range(arguments.count)])
     print("quantiles     ", "  ".join(f"{q:5.2f}" for q in QUANTILES), " rms of the logarithm")
     for name, values in zip(("samples", "sums"), found.T, strict=True):

@@ -17,8 +17,8 @@ from reefmu.diagnosis.preparation import BaseCurveSource
 from reefmu.diagnosis.probabilities.assessment import stated_sizes
 from reefmu.diagnosis.probabilities.calibration import features
 from reefmu.diagnosis.probabilities.hypothesis_table import LEAST_SIZE, Row, hypothesis_table
-from reefmu.record import read_record
-from stiffness_model import DoesNotFitWarning, load_drive
+from reefmu.record import Record, read_record
+from stiffness_model import DoesNotFitWarning, Drive, load_drive
 from stiffness_model.errors import InputError
 from tests.validation.blind.records import Case, Truth, make
 from tests.validation.blind_individuals.catalogue import case as case_of_individuals
@@ -58,17 +58,23 @@ def observe(what: Case) -> dict[str, Any]:
     return {} if found is None else _observed(found, truth, is_true)
 
 
-def analysed_second(number: int, seed: int, *, bounds: bool) -> tuple[Analysis | None, dict[str, Any]]:
-    """The analysis of a record of the second generator, None where there is no diagnosis, and the truth; bounds:
-    whether the truth has the Cramer-Rao bounds of its effects."""
+def second_record(number: int, seed: int, *, bounds: bool = False) -> tuple[Record, Drive, dict[str, Any]]:
+    """A record of the second generator with its drive and the truth; bounds: whether the truth has the Cramer-Rao
+    bounds of its effects."""
     warnings.simplefilter("ignore", DoesNotFitWarning)
     sealed = make_sealed(case_of_individuals(number, seed), bounds=bounds)
     with tempfile.TemporaryDirectory() as folder:
         record, drawing = Path(folder, "record.csv"), Path(folder, "drive.toml")
         record.write_text(sealed.record, "utf-8")
         drawing.write_text(sealed.drawing, "utf-8")
-        found = analyse(read_record(record), BaseCurveSource(load_drive(drawing)))
-    return found if isinstance(found, Analysis) else None, sealed.truth.to_dict()
+        return read_record(record), load_drive(drawing), sealed.truth.to_dict()
+
+
+def analysed_second(number: int, seed: int, *, bounds: bool) -> tuple[Analysis | None, dict[str, Any]]:
+    """The analysis of that record, None where there is no diagnosis, and the truth."""
+    record, drive, truth = second_record(number, seed, bounds=bounds)
+    found = analyse(record, BaseCurveSource(drive))
+    return found if isinstance(found, Analysis) else None, truth
 
 
 def observe_second(place: tuple[int, int]) -> dict[str, Any]:

@@ -31,11 +31,13 @@ def test_repeated_cycles_give_size_and_correlation_time(correlation: float) -> N
     assert found.correlation.correlation_time == pytest.approx((1 + correlation) / (1 - correlation), rel=0.45)
 
 
-def loops(time: Array, phase: Array, torque: Array, temperature: Array | float = 20.0) -> Noise:
-    """The noise of loops of a twist of 2 mrad along a phase (n,), in cycles, to a judge who takes the drive to have no
-    stiffness at all; torque: (n,) N.m, without the noise of 0.5 N.m."""
+def loops(
+    time: Array, phase: Array, torque: Array, temperature: Array | float = 20.0, amplitude: Array | float = 1.0
+) -> Noise:
+    """The noise of loops of a twist of 2 mrad times an amplitude along a phase (n,), in cycles, to a judge who takes
+    the drive to have no stiffness at all; torque: (n,) N.m, without the noise of 0.5 N.m."""
     torque = torque + rig.noise_of(len(time), 0.5, 0.0, 0)
-    columns = {"time": time, "twist": 2e-3 * np.sin(2 * np.pi * phase), "output_torque": torque}
+    columns = {"time": time, "twist": 2e-3 * amplitude * np.sin(2 * np.pi * phase), "output_torque": torque}
     columns["temperature"] = np.broadcast_to(temperature, time.shape)
     trace = make_trace(with_output_locked(make_record(columns)), 1.0)
     return estimate_noise(trace, np.zeros(len(trace)))
@@ -73,17 +75,10 @@ def test_the_ends_of_a_loop_before_another_one_are_not_compared() -> None:
     """Pairs of loops of growing amplitudes: the first samples of a larger one are nearly those of the smaller one."""
     phase = np.arange(1280) / 80
     growing = 0.2 + 0.1 * (phase // 2)
-    trace_torque = 100 * growing * np.sin(2 * np.pi * phase)
-    time = np.arange(1280) * 0.01
-    columns = {
-        "time": time,
-        "twist": 2e-3 * growing * np.sin(2 * np.pi * phase),
-        "output_torque": trace_torque + rig.noise_of(1280, 0.1, 0.0, 0),
-    }
-    trace = make_trace(with_output_locked(make_record(columns)), 1.0)
-    found = estimate_noise(trace, np.zeros(len(trace)))
+    torque = 500 * growing * np.sin(2 * np.pi * phase)
+    found = loops(np.arange(1280) * 0.01, phase, torque, amplitude=growing)
     assert found.repeated
-    assert found.torque == pytest.approx(0.1, rel=0.15)
+    assert found.torque == pytest.approx(0.5, rel=0.15)
 
 
 def test_without_repeated_cycles_the_estimate_is_marked() -> None:
