@@ -32,7 +32,7 @@ UNKNOWN_FORMS = 0.001
 """Torque, over full torque, that times a principal component's standard deviation is added to its variance: tolerances
 say how much parts deviate and not in which forms, and what is not as it is taken to be shows most in small components.
 Chosen among 0, 0.0003, 0.0006, 0.001, 0.002, 0.003 and 0.005 by the likelihood of records of individuals
-(`tests/benchmarks/probabilities/bench_unknown_forms.py`), which is greatest for it in two catalogues."""
+(`tests/benchmarks/scatter/bench_unknown_forms.py`), which is greatest for it in two catalogues."""
 SAME_GAIN = 0.005
 """Change of the gain of the scatter up to which that of the noise is taken to change as well, which saves a
 decomposition and changes -2 log likelihoods by a few units at most; chosen by judgement."""

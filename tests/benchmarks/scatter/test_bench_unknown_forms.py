@@ -9,7 +9,7 @@ import pytest
 
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.weighting import UNKNOWN_FORMS
-from tests.benchmarks.probabilities.bench_unknown_forms import SHARES, as_drawn, left
+from tests.benchmarks.scatter.bench_unknown_forms import SHARES, as_drawn, left
 from tests.individual_records import problem_of_individual
 
 SLOW = 0.2

@@ -1,6 +1,6 @@
 """What noise and scatter leave of individuals: blocks, principal components by their size, and wider small components.
 
-Run as `python tests/benchmarks/probabilities/bench_unknown_forms.py --second 90 --seed 3 --workers 2`. The records are
+Run as `python tests/benchmarks/scatter/bench_unknown_forms.py --second 90 --seed 3 --workers 2`. The records are
 those of individuals of the second generator; each residual is that of the likeliest set of effects. Squares are given
 over what noise and scatter should leave, with the scatter as the drawing has it: below 1 where effects take some of it,
 above 1 where the covariance is too small. The costs are -2 log likelihoods less that of the scatter as it is drawn, by

@@ -1,6 +1,6 @@
 """How much like each effect individual drives without effects look, beyond what the covariance of the diagnosis says.
 
-Run as `python tests/benchmarks/probabilities/bench_scatter_scores.py --drives 48`. Individuals of three drives, whose
+Run as `python tests/benchmarks/scatter/bench_scatter_scores.py --drives 48`. Individuals of three drives, whose
 torque is not linearised, are simulated along one record with noise; each gain in -2 log likelihood of an effect that is
 linearised about the base curve is a score statistic (Rao's test). Under an exact covariance its mean is the number of
 the effect's amplitudes, or half of it where an amplitude has one sign, a few more where variants are tried.
