@@ -15,12 +15,30 @@ bend are what parts that all elements share change; a column more costs 4 in -2 
 and brings up to 170 on simulated individuals without effects."""
 
 
+COMMON_SHARE = 0.1
+"""Deviation of what all elements share, over that of the curves of individuals, which parts that deviate by themselves
+make as well. Chosen among 0, 0.1, 0.2, 0.3, 0.5, 1 and 2 by the likelihood of records of individuals
+(`tests/benchmarks/probabilities/bench_whole_curve.py`)."""
+SCALE = 0.01
+"""Standard deviation of the factor of a whole curve, as of Young's modulus from one batch of steel to the next: 1 % of
+the torque is 2.5 % of the modulus. Chosen among 0, 0.005, 0.01, 0.02 and 0.03 by the same likelihood."""
+
+
+def common_deviations(torque: Array, scatter: Array) -> Array:
+    """(4, n) N.m, one standard deviation of each independent deviation of a curve that all elements of a drive share.
+
+    torque: (n,) N.m, of the base curve; scatter: (n, n) (N.m)^2, covariance of individuals whose parts deviate by
+    themselves.
+    """
+    return np.concatenate([COMMON_SHARE * curve_columns(torque, scatter), SCALE * torque[None]])
+
+
 def curve_columns(torque: Array, scatter: Array) -> Array:
     """(3, n) N.m, one standard deviation of each independent deviation of a curve in scale, bend and curvature over the
     size of its torque.
 
-    torque: (n,) N.m, of the base curve; scatter: (n, n) (N.m)^2, covariance of individuals. The curve as a whole may be
-    off by as much as these deviations make the curves of individuals differ.
+    torque: (n,) N.m, of the base curve; scatter: (n, n) (N.m)^2, covariance of individuals. They make a curve that is
+    fitted to an individual deviate as much as the individuals do, whatever else deviates.
     """
     size = np.abs(torque) / max(float(np.abs(torque).max(initial=0.0)), 1e-300)
     curves = torque * np.polynomial.legendre.legvander(2 * size - 1, CURVE_DEGREE).T

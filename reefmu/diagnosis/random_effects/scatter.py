@@ -21,7 +21,7 @@ from scipy.sparse import csr_array
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.numerics.arrays import Array
 
-from .curve_columns import curve_columns
+from .curve_columns import common_deviations
 from .element_columns import SeatedElements, average_torque
 from .element_motion import ElementMotion
 from .responses import ElementResponses
@@ -54,16 +54,24 @@ class Scatter:
         self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None, spread: Spread = in_turn
     ) -> Array:
         """See `ToleranceScatter`."""
+        found, torque = self.covariance_of_parts(twist, clearance, beside, spread)
+        common = common_deviations(torque, found)
+        return found + common.T @ common
+
+    def covariance_of_parts(
+        self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None, spread: Spread = in_turn
+    ) -> tuple[Array, Array]:
+        """The covariance (n, n), (N.m)^2, of individuals whose parts deviate by themselves, without what all elements
+        of a drive share, and the torque (n,), N.m, of the base curve; parameters as of `covariance_at`."""
         if twist is not self.twist:
-            return self._moved(twist, beside).covariance_at(twist, clearance, spread=spread)
+            return self._moved(twist, beside).covariance_of_parts(twist, clearance, spread=spread)
         clearance = np.broadcast_to(np.asarray(clearance, float), twist.shape)[self.motion.block]
         average = average_torque(self.drive, self.responses, self.motion, twist, clearance)
         starts = np.arange(N_STARTS).reshape(N_JOBS, -1)
         parts = spread(_products, [_SomeStarts(self, clearance, average, some) for some in starts])
         found = functools.reduce(operator.iadd, parts)
         mirror_lower_triangle(found)
-        curves = curve_columns(average[0], found)
-        return found + curves.T @ curves
+        return found, average[0]
 
     def _moved(self, twist: Array, beside: Array | None) -> Scatter:
         """The scatter with the elements where the contacts have another twist (n,), rad: what effects add to the twist

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.random_effects.curve_columns import curve_columns
+from reefmu.diagnosis.random_effects.curve_columns import COMMON_SHARE, SCALE, common_deviations, curve_columns
 from stiffness_model.numerics.arrays import Array
 
 TORQUE = np.linspace(-200.0, 200.0, 401)
@@ -36,3 +36,16 @@ def test_both_flanks_deviate_alike() -> None:
 
 def test_without_torque_there_is_no_deviation() -> None:
     assert not curve_columns(np.zeros(5), np.ones((5, 5))).any()
+
+
+def test_all_elements_share_a_scale_and_a_tenth_of_what_makes_curves_of_individuals_differ() -> None:
+    """Ripple, however large, belongs to single elements."""
+    ripple, bend = 10 * RIPPLE, 0.02 * TORQUE * (np.abs(TORQUE) / 100.0 - 1.0)
+    found = common_deviations(TORQUE, _covariance(ripple, bend))
+    expected = _covariance(SCALE * TORQUE, COMMON_SHARE * bend)
+    assert found.T @ found == pytest.approx(expected, abs=0.01 * expected.max())
+
+
+def test_a_drive_whose_parts_do_not_deviate_still_has_the_modulus_of_its_steel() -> None:
+    found = common_deviations(TORQUE, np.zeros((401, 401)))
+    assert found.T @ found == pytest.approx(_covariance(SCALE * TORQUE))

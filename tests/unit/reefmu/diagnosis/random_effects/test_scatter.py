@@ -16,8 +16,7 @@ from reefmu.diagnosis.estimation.weighting import weighting_of_covariance
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.preparation import prepare_problem, with_individuals
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
-from reefmu.diagnosis.random_effects import scatter as scatter_module
-from reefmu.diagnosis.random_effects.curve_columns import curve_columns
+from reefmu.diagnosis.random_effects.curve_columns import common_deviations
 from reefmu.diagnosis.random_effects.element_columns import SeatedElements, average_torque
 from reefmu.diagnosis.random_effects.element_motion import element_motion
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
@@ -46,15 +45,10 @@ def _problem(record: Record) -> Problem:
     return with_individuals(prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive()))))
 
 
-def test_the_variance_is_that_of_individuals(scatter: Scatter, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of drives whose torque is not linearised and whose elements stand anywhere; without the deviation of the curve
-    as a whole, which is beside what the drawing of each part allows."""
-
-    def no_curve(torque: Array, scatter: Array) -> Array:
-        return np.zeros((1, len(torque)))
-
-    monkeypatch.setattr(scatter_module, "curve_columns", no_curve)
-    variance = scatter.covariance_at(scatter.twist).diagonal()
+def test_the_variance_is_that_of_individuals(scatter: Scatter) -> None:
+    """Of drives whose torque is not linearised and whose elements stand anywhere; without what all elements share,
+    which is beside what the drawing of each part allows."""
+    variance = scatter.covariance_of_parts(scatter.twist)[0].diagonal()
     found = simulate_individuals(scatter, 512, seed=3, places=(PLACES, PLACES))
     loaded = np.abs(scatter.twist) > 0.3 * rig.drive().max_twist
     assert float(np.mean(found[:, loaded] ** 2)) == pytest.approx(float(np.mean(variance[loaded])), rel=0.25)
@@ -83,8 +77,11 @@ def test_the_covariance_is_the_mean_product_of_the_columns_of_all_starts(scatter
     of_pairs = np.mean([rows.T @ rows for rows in pairs], axis=0)
     assert of_pairs.max() > 1e-4 * expected.max()
     expected += of_pairs
-    curves = curve_columns(average[0], expected)
-    expected += curves.T @ curves
+    of_parts, torque = scatter.covariance_of_parts(scatter.twist)
+    np.testing.assert_allclose(of_parts, expected, atol=1e-12 * expected.max())
+    np.testing.assert_array_equal(torque, average[0])
+    common = common_deviations(torque, expected)
+    expected += common.T @ common
     np.testing.assert_allclose(scatter.covariance_at(scatter.twist), expected, atol=1e-12 * expected.max())
 
 

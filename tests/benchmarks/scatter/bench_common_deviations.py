@@ -1,0 +1,143 @@
+"""How wide the deviations are that all elements of a drive share, by records of individuals.
+
+Run as `python tests/benchmarks/scatter/bench_common_deviations.py --second 90 --seed 17 --workers 2`. The records are
+those of individuals of the second generator from which nothing or known effects are missing; each is fitted with its
+true set of effects under several widths of the common deviations (`random_effects.curve_columns`). The table has the
+mean of -2 log likelihood less that of the widths in use, and, for each effect that is not missing, the mean square of
+its amplitude by generalised least squares over its standard error: 1 under an exact covariance, less where the
+covariance is too wide and hides such an effect, more where it is too narrow and makes one up.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
+
+from reefmu.diagnosis.estimation.least_squares import Fit  # noqa: E402
+from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
+from reefmu.diagnosis.estimation.score_test import absorbing_basis, linearise  # noqa: E402
+from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE, Weighting, weighting_of_covariance  # noqa: E402
+from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem  # noqa: E402
+from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
+from reefmu.diagnosis.random_effects.curve_columns import COMMON_SHARE, SCALE, curve_columns  # noqa: E402
+from reefmu.diagnosis.random_effects.scatter import Scatter  # noqa: E402
+from stiffness_model.numerics.arrays import Array  # noqa: E402
+from tests.benchmarks.probabilities.observed_records import second_record  # noqa: E402
+from tests.benchmarks.probabilities.rival_sets import true_fit  # noqa: E402
+
+WIDTHS = (
+    (COMMON_SHARE, SCALE),
+    *((share, SCALE) for share in (0.0, 0.2, 0.3, 0.5, 1.0, 2.0)),
+    *((COMMON_SHARE, scale) for scale in (0.0, 0.005, 0.02, 0.03)),
+    (0.0, 0.0),
+    (1.0, 0.0),
+)
+"""Pairs of `COMMON_SHARE` and `SCALE` that are tried, those in use first."""
+EFFECTS = (
+    "modulus_error",
+    "structural_compliance",
+    "torque_sensor_offset",
+    "backlash",
+    "thermal_clearance",
+    "hysteresis",
+    "creep",
+)
+"""Effects with one amplitude, or whose first variant has one."""
+CLEARANCES = {"backlash", "preload"}
+"""Effects of which neither can be seen where the other is missing."""
+
+
+@dataclass(frozen=True)
+class Likelihood:
+    """One record: costs (w,), and squares of the effects' amplitudes over their variance (w,) by effect."""
+
+    costs: Array
+    squares: dict[str, Array]
+
+
+def likelihood(number: int, seed: int) -> Likelihood | None:
+    """That of one record of the second generator; None of a mean drive, where something unnamed or an effect is missing
+    that is no candidate, and without tolerances of a drawing."""
+    record, drive, truth = second_record(number, seed)
+    if truth["foreign"] or not truth["individual"]:
+        return None
+    source = BaseCurveSource(drive)
+    trace = make_trace(record, source.ratio(record))
+    problem = prepare_problem(record, trace, source.base_curve(trace))
+    if set(truth["names"]) - set(problem.candidates) or not isinstance(problem.scatter, Scatter):
+        return None
+    fit = true_fit(problem, tuple(truth["names"]), truth["parameters"])
+    weightings = [*_weightings(problem, problem.scatter, fit)]
+    costs = [problem.fit_from(fit.names, fit.parameters, weights).cost for weights in weightings]
+    absent = [name for name in EFFECTS if name in problem.candidates and not _related(name) & set(fit.names)]
+    return Likelihood(np.array(costs), {name: _squares(problem, fit, name, weightings) for name in absent})
+
+
+def _related(name: str) -> set[str]:
+    return CLEARANCES if name in CLEARANCES else {name}
+
+
+def _weightings(problem: Problem, scatter: Scatter, fit: Fit) -> Iterator[Weighting]:
+    """The weights at the contacts of a fit under all widths, each at the likeliest size."""
+    at = fit.prediction.contacts
+    beside = problem.predictor(fit.names).twist_beside_sensors(fit.parameters)
+    of_parts, torque = scatter.covariance_of_parts(at.twist, at.clearance, beside)
+    curves, residual = curve_columns(torque, of_parts), problem.torque - fit.prediction.torque
+    for share, scale in WIDTHS:
+        common = np.concatenate([share * curves, scale * torque[None]])
+        covariance = (of_parts + common.T @ common) * at.gain * at.gain[:, None]
+        weights = weighting_of_covariance(problem.variance, covariance).with_unknown_forms(problem.base.full_torque)
+        yield weights.with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
+
+
+def _squares(problem: Problem, fit: Fit, name: str, weightings: Sequence[Weighting]) -> Array:
+    """(w,) squares of the amplitude of one more effect over its variance."""
+    column, residual = linearise(problem, name, fit)[0].columns[:, 0], problem.torque - fit.prediction.torque
+    found: list[float] = []
+    for weights in weightings:
+        basis = absorbing_basis(weights, fit.prediction.sensitivities, fit.bounds.prior_deviation)
+        white = weights.whiten(np.stack([column, residual], axis=1))
+        own, left = (white - basis @ (basis.T @ white)).T
+        found.append(float((own @ left) ** 2 / (own @ own)))
+    return np.array(found)
+
+
+def table(records: Sequence[Likelihood]) -> str:
+    """Means over records, a line for each width."""
+    costs = np.mean([r.costs - r.costs[0] for r in records], axis=0)
+    squares = {name: np.mean([r.squares[name] for r in records if name in r.squares], axis=0) for name in EFFECTS}
+    lines = [f"{len(records)} records; share, scale, cost, mean squares of {', '.join(EFFECTS)}"]
+    for k, (share, scale) in enumerate(WIDTHS):
+        of_effects = " ".join(f"{squares[name][k]:6.2f}" for name in EFFECTS)
+        lines.append(f"{share:5g} {scale:6g} {costs[k]:8.2f} {of_effects}")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser.add_argument("--second", type=int, default=90, help="records of the second generator")
+    parser.add_argument("--seed", type=int, nargs="+", default=[17], help="of their catalogues")
+    parser.add_argument("--workers", type=int, default=2, help="processes")
+    given = parser.parse_args()
+    with ProcessPoolExecutor(given.workers) as pool:
+        found = [
+            record
+            for seed in given.seed
+            for record in pool.map(partial(likelihood, seed=seed), range(given.second))
+            if record is not None
+        ]
+    print(table(found))
+
+
+if __name__ == "__main__":
+    main()
