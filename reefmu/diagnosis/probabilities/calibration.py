@@ -13,7 +13,7 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ..calibrated_odds import CALIBRATED, HypothesisWeights, flattened
+from ..calibrated_odds import CALIBRATED, DEGREES_OF_FREEDOM, HypothesisWeights, flattened
 from ..hypotheses import Hypothesis
 from .hypothesis_table import Row
 from .priors import NO_PRIORS, Priors
@@ -39,18 +39,21 @@ def probabilities(
     )
 
 
-def features(rows: Sequence[Row]) -> Array:
-    """(r, 5) what is known of each row, in the order of `HypothesisWeights`."""
-    best = max(row.log_evidence for row in rows)
-    return np.array([_features(row, best - row.log_evidence) for row in rows], float)
-
-
-def _features(row: Row, below: float) -> tuple[float, ...]:
-    """below: difference of the log evidence from the best."""
-    return (
-        -float(flattened(below)),
-        len(row.effects),
-        math.log(max(row.unnamed_share, SMALLEST_UNNAMED)) if row.unnamed_share else 0.0,
-        float(row.is_hidden),
-        float(not row.effects and not row.unnamed),
-    )
+def features(rows: Sequence[Row], degrees_of_freedom: float = DEGREES_OF_FREEDOM) -> Array:
+    """(r, 6) what is known of each row, in the order of `HypothesisWeights`; degrees_of_freedom: of `flattened`."""
+    log_evidence = np.array([row.log_evidence for row in rows], float)
+    shows = np.array([row.unnamed and not row.is_hidden for row in rows])
+    best = {shown: float(log_evidence[shows == shown].max()) for shown in set(shows.tolist())}
+    below = np.array([best[shown] for shown in shows.tolist()]) - log_evidence
+    ahead = best[True] - best[False] if len(best) == 2 else 0.0
+    beside = math.copysign(float(flattened(abs(ahead), degrees_of_freedom)), ahead)
+    sizes = np.log([max(row.unnamed_share, SMALLEST_UNNAMED) for row in rows])
+    known = [
+        -flattened(below, degrees_of_freedom),
+        beside * shows,
+        [len(row.effects) for row in rows],
+        sizes * shows,
+        [row.is_hidden for row in rows],
+        [not row.effects and not row.unnamed for row in rows],
+    ]
+    return np.array(known, float).T

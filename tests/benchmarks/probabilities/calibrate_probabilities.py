@@ -1,7 +1,7 @@
 """Fits the weights of `reefmu.diagnosis.calibrated_odds` to simulated records, and shows how well they hold.
 
 Run as `python tests/benchmarks/probabilities/calibrate_probabilities.py --workers 2 --out rows.json`; with `--second
-90` also for as many records of each of four catalogues of the second generator, whose individuals deviate in other
+90` also for as many records of each of two catalogues of the second generator, whose individuals deviate in other
 ways; with `--rows rows.json` only the weights are fitted, and with `--without-drawing` the records are diagnosed by a
 power law. Scores are cross-validated: every record is judged by weights that were fitted to the others.
 """
@@ -14,7 +14,7 @@ import json
 import sys
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import astuple
+from dataclasses import astuple, fields
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +23,11 @@ from scipy.optimize import minimize
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
-from reefmu.diagnosis.calibrated_odds import CALIBRATED  # noqa: E402
+from reefmu.diagnosis.calibrated_odds import CALIBRATED, DEGREES_OF_FREEDOM, HypothesisWeights  # noqa: E402
 from stiffness_model.numerics.arrays import Array  # noqa: E402
 from tests.benchmarks.probabilities.cases import drawn_cases  # noqa: E402
 from tests.benchmarks.probabilities.observed_records import (  # noqa: E402
+    DEGREES,
     SECOND_SEEDS,
     observe,
     observe_second,
@@ -80,6 +81,31 @@ def cross_validated(records: Sequence[dict[str, Any]]) -> list[Array]:
     return found
 
 
+def with_degrees(records: Sequence[dict[str, Any]], degrees: float) -> list[dict[str, Any]]:
+    """The records with the features for one number of degrees of freedom."""
+    return [{**record, "features": record["features"][f"{degrees:g}"]} for record in records]
+
+
+def print_parts(records: Sequence[dict[str, Any]]) -> None:
+    """Print the log score by degrees of freedom, and without each of the weights."""
+    for degrees in DEGREES:
+        print(f"{degrees:g} degrees of freedom: log score {_log_score(with_degrees(records, degrees)):.3f}")
+    present = with_degrees(records, DEGREES_OF_FREEDOM)
+    for column, weight in enumerate(fields(HypothesisWeights)):
+        without = [{**r, "features": np.delete(np.array(r["features"]), column, 1)} for r in present]
+        print(f"without {weight.name}: log score {_log_score(without):.3f}")
+
+
+def _log_score(records: Sequence[dict[str, Any]]) -> float:
+    """The mean logarithm of the probability of the truth, cross-validated."""
+    found = zip(cross_validated(records), records, strict=True)
+    return float(np.mean([_log_probability(p, np.array(r["true"], bool)) for p, r in found]))
+
+
+def _log_probability(p: Array, true: Array) -> float:
+    return float(np.log((1 - OUTLIERS) * p[true].sum() + OUTLIERS))
+
+
 def report(records: Sequence[dict[str, Any]], found: Sequence[Array]) -> None:
     """Print log score, share of likeliest hypotheses that are right, and the reliability curve."""
     likeliest: list[tuple[float, bool]] = []
@@ -92,7 +118,7 @@ def report(records: Sequence[dict[str, Any]], found: Sequence[Array]) -> None:
         best = max(total, key=lambda label: total[label])
         is_right = any(true[k] for k, own in enumerate(labels) if own == best)
         right = float(p[true].sum())
-        scores.append(float(np.log((1 - OUTLIERS) * right + OUTLIERS)))
+        scores.append(_log_probability(p, true))
         likeliest.append((right if is_right else total[best], is_right))
     said, right = (np.array(v, float) for v in zip(*likeliest, strict=True))
     print(f"{len(records)} records, log score {np.mean(scores):.3f}, likeliest right {right.mean():.3f}")
@@ -127,6 +153,8 @@ def main() -> None:
                 records += [found] if found else []
         if given.out is not None:
             given.out.write_text(json.dumps(records), "utf-8")
+    print_parts(records)
+    records = with_degrees(records, DEGREES_OF_FREEDOM)
     print("weights", [round(float(w), 2) for w in fit_weights(records)])
     present = np.array(astuple(CALIBRATED))
     as_it_is = [shares(np.array(r["features"]), present) for r in records]

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reefmu.diagnosis.calibrated_odds import CALIBRATED, DEGREES_OF_FREEDOM, log_odds
+from reefmu.diagnosis.calibrated_odds import CALIBRATED, DEGREES_OF_FREEDOM, flattened, log_odds
 from reefmu.diagnosis.hypotheses import Hypothesis
 from reefmu.diagnosis.probabilities.calibration import probabilities
 from reefmu.diagnosis.probabilities.hypothesis_table import Row
@@ -54,6 +54,28 @@ def test_predictions_have_the_odds_of_the_diagnosis() -> None:
     below = max(evidence.values()) - np.array([*evidence.values()])
     share = np.exp(log_odds(below, np.array([0, 1, 2])))
     assert np.allclose([h.probability for h in found], share / share.sum())
+
+
+def test_something_unnamed_is_told_by_the_best_evidence_with_and_without_it() -> None:
+    half = DEGREES_OF_FREEDOM / 2
+    rows = [make_row(CREEP, False, 10.0), make_row(CREEP, True, 40.0, 0.01)]
+    odds = (1 + 30.0 / half) ** (CALIBRATED.unnamed_evidence * half) * 0.01**CALIBRATED.unnamed_size
+    assert probability(rows, CREEP, True) == pytest.approx(odds / (1 + odds))
+    rows = [make_row(CREEP, False, 40.0), make_row(CREEP, True, 10.0, 0.01)]
+    odds = (1 + 30.0 / half) ** (-CALIBRATED.unnamed_evidence * half) * 0.01**CALIBRATED.unnamed_size
+    assert probability(rows, CREEP, True) == pytest.approx(odds / (1 + odds))
+
+
+@given(st.floats(-1e3, 1e3), st.floats(0.001, 0.5))
+def test_what_is_unnamed_decides_between_no_sets_of_effects(ahead: float, size: float) -> None:
+    """However much evidence there is for it: whatever makes it stands beside each of them."""
+    known = [make_row(NOTHING, False, 0.0), make_row(CREEP, False, 6.0), make_row(WEAR, False, 3.0)]
+    beside = [make_row(NOTHING, True, ahead, size), make_row(CREEP, True, ahead + 2.0, size)]
+    odds = [probability(rows, CREEP) / probability(rows, WEAR) for rows in (known, [*known, *beside])]
+    assert odds[1] == pytest.approx(odds[0])
+    unnamed = probability([*known, *beside], CREEP, True) / probability([*known, *beside], NOTHING, True)
+    expected = math.exp(CALIBRATED.evidence * float(flattened(2.0)) + CALIBRATED.effect)
+    assert unnamed == pytest.approx(expected)
 
 
 def test_something_unnamed_is_likelier_the_larger_it_is() -> None:
