@@ -1,7 +1,13 @@
-"""Where the elements are along a record: their motion past the crank, by parts of blocks."""
+"""Where the elements are along a record: their seats, and their motion past the crank, by parts of blocks.
+
+A row has as many seats as the drive's transmission ratio, and each seat faces a lobe of its own at every turn. Where a
+drawing has fewer elements than seats, they are spread as evenly as the seats allow, as in `stiffness_model.rotation`.
+Which element comes first no drawing says.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,7 +19,6 @@ from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
 from stiffness_model.numerics.arrays import Array
 
 from ..preprocessing.trace import Blocks, Trace
-from .seating import even_seats
 
 MAX_SAMPLES = 8
 """Samples of a part at which its elements enter or leave the profile; chosen by judgement to bound the time of long
@@ -24,6 +29,8 @@ distance of the elements. The covariance of blocks is then within 1 % of that of
 TWIST_STEP = 0.05
 """Change of the twist within a part, over the greatest one of the drawing, up to which torque is taken to be linear in
 it; about a step of the tables of `responses`, between whose nodes it is."""
+GOLDEN = (math.sqrt(5) - 1) / 2
+"""Multiples of the golden ratio are spread over a turn as evenly as those of any number (Weyl sequence)."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +110,19 @@ def element_motion(drive: Drive, trace: Trace, blocks: Blocks, before: float = 0
     beside = means(twist) - np.repeat(blocks.mean(twist), count)
     weight = length / np.repeat(samples, count)
     return ElementMotion(at, beside, weight, offsets, first, start, length)
+
+
+def even_seats(drive: Drive) -> tuple[int, ...]:
+    """The seats nearest to an even spacing of a row's elements."""
+    row = drive.seats
+    return tuple(round(k * row.seats / row.elements) for k in range(row.elements))
+
+
+def spread_starts(drive: Drive, count: int) -> tuple[float, ...]:
+    """So many positions of the first element at crank angle 0, rad: evenly spaced over the distance of the elements,
+    and each at another element's place on the turn."""
+    step = 2 * math.pi / drive.elements
+    return tuple(step * (int(drive.elements * (k * GOLDEN % 1.0)) + (k + 0.5) / count) for k in range(count))
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,8 @@ from stiffness_model.numerics.arrays import Array
 
 from .curve_columns import common_deviations
 from .element_columns import SeatedElements, average_torque
-from .element_motion import ElementMotion
+from .element_motion import ElementMotion, spread_starts
 from .responses import ElementResponses
-from .seating import spread_starts
 from .tolerance_scatter import Spread, in_turn
 
 N_STARTS = 12

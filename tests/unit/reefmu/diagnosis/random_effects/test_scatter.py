@@ -18,11 +18,10 @@ from reefmu.diagnosis.preparation import prepare_problem, with_individuals
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
 from reefmu.diagnosis.random_effects.curve_columns import common_deviations
 from reefmu.diagnosis.random_effects.element_columns import SeatedElements, average_torque
-from reefmu.diagnosis.random_effects.element_motion import element_motion
+from reefmu.diagnosis.random_effects.element_motion import element_motion, spread_starts
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.responses import PLACES, element_responses, place_deviations, term
 from reefmu.diagnosis.random_effects.scatter import N_STARTS, PAIRS_EVERY, Scatter
-from reefmu.diagnosis.random_effects.seating import spread_starts
 from reefmu.diagnosis.random_effects.tolerance_scatter import Job, Result
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.record import Record

@@ -7,9 +7,8 @@ import pytest
 
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
 from reefmu.diagnosis.random_effects.element_columns import SeatedElements, average_torque
-from reefmu.diagnosis.random_effects.element_motion import element_motion
+from reefmu.diagnosis.random_effects.element_motion import element_motion, even_seats, spread_starts
 from reefmu.diagnosis.random_effects.responses import element_responses
-from reefmu.diagnosis.random_effects.seating import even_seats, spread_starts
 from stiffness_model.rotation.element_positions import element_lobe_pairs
 from tests import diagnosis_rig as rig
 from tests.individual_records import seated_drive
