@@ -24,6 +24,7 @@ from stiffness_model.numerics.arrays import Array
 from .curve_columns import common_deviations
 from .element_columns import SeatedElements, average_torque
 from .element_motion import ElementMotion, spread_starts
+from .part_responses import part_responses
 from .responses import ElementResponses
 from .tolerance_scatter import Spread, in_turn
 
@@ -109,8 +110,11 @@ def _products(what: _SomeStarts) -> Array:
     """(n, n) (N.m)^2, lower triangle of what some starts contribute to the covariance."""
     of, count = what.scatter, len(what.scatter.twist)
     found, starts = np.zeros((count, count), order="F"), spread_starts(of.drive, N_STARTS)
+    parts = part_responses(of.responses, of.motion, of.twist, what.clearance)
+    # Every start stands for those that are nearer to it than to others.
+    width = 2 * np.pi / of.drive.elements / N_STARTS
     for number in what.numbers:
-        elements = SeatedElements(of.drive, of.responses, of.motion, of.twist, what.clearance, starts[number])
+        elements = SeatedElements(of.drive, of.responses, of.motion, parts, starts[number], width)
         add_products(found, elements.columns(what.average), 1 / N_STARTS)
         if number % PAIRS_EVERY == 0:
             add_products_of_sparse(found, elements.of_pairs(), PAIRS_EVERY / N_STARTS)

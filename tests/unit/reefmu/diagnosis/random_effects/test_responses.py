@@ -9,6 +9,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
 from reefmu.diagnosis.random_effects.element_motion import element_motion, elements_on_profile, inside_profile
+from reefmu.diagnosis.random_effects.part_responses import clearance_levels, part_responses
 from reefmu.diagnosis.random_effects.responses import TERMS, element_responses, place_deviations, term
 from stiffness_model import load_drive
 from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
@@ -29,6 +30,25 @@ def test_values_between_nodes_are_those_of_scipy() -> None:
         expected[number == k] = there(held[number == k])
     found = r.interpolate(tables, number, twist, position, weight).T
     assert np.allclose(found, weight[:, None] * expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+
+
+def test_responses_of_parts_are_the_tables_at_their_twist_and_clearance() -> None:
+    r, trace = element_responses(rig.drive()), make_trace(rig.protocol(full=False), rig.drive().ratio)
+    blocks = make_blocks(trace, 4)
+    motion, twist = element_motion(rig.drive(), trace, blocks), blocks.mean(trace.smooth_twist)
+    clearance = 2 * r.deviation * np.sign(motion.twist_from(twist))
+    level, groups = clearance_levels(r, clearance)
+    tables = np.stack(list(r.at_clearances(groups).values()), axis=-1)
+    rng = np.random.default_rng(2)
+    part = rng.integers(0, len(motion.block), 400)
+    position = 1.1 * rng.uniform(-1, 1, 400) * r.position[-1]
+    expected = r.interpolate(tables, level[part], motion.twist_from(twist)[part], position, motion.weight[part])
+    seen = part_responses(r, motion, twist, clearance)
+    found = seen.at(part, position)
+    assert list(found) == list(r.tables)
+    for name, values in zip(r.tables, expected, strict=True):
+        np.testing.assert_allclose(found[name], values, atol=1e-9 * np.abs(values).max())
+    np.testing.assert_array_equal(seen.only("mean").at(part, position)["mean"], found["mean"])
 
 
 @pytest.mark.parametrize("samples", [1, 20])
