@@ -25,9 +25,9 @@ MEAN_DRIVE_SIZE = 0.15
 few dozen drives and an individual drive."""
 INDIVIDUAL_SIZE = 0.25
 """Least size of the scatter at which a drive counts as an individual drive. Chosen by judgement."""
-MIN_EIGENVALUE = 0.3
-"""Least variance of a principal component, over that of the noise, that is kept. Chosen by judgement: a component well
-below the noise changes no decision."""
+MIN_EIGENVALUE = 0.1
+"""Least variance of a principal component, over that of the noise, that is kept. Chosen among 0.3, 0.1 and 0.03 by the
+likelihood of records of individuals (`tests/benchmarks/scatter/bench_common_deviations.py`)."""
 UNKNOWN_FORMS = 0.001
 """Torque, over full torque, that times a principal component's standard deviation is added to its variance: tolerances
 say how much parts deviate and not in which forms, and what is not as it is taken to be shows most in small components.
@@ -36,7 +36,7 @@ Chosen among 0, 0.0003, 0.0006, 0.001, 0.002, 0.003 and 0.005 by the likelihood 
 SAME_GAIN = 0.005
 """Change of the gain of the scatter up to which that of the noise is taken to change as well, which saves a
 decomposition and changes -2 log likelihoods by a few units at most; chosen by judgement."""
-LEFT_OUT = MIN_EIGENVALUE / 1000
+LEFT_OUT = MIN_EIGENVALUE / 300
 """Variance of every block, over that of the noise, below which the decomposition of a covariance ends. -2 log
 likelihoods change by less than 0.01, and by up to 0.6 where it is ten times as large."""
 
@@ -205,8 +205,8 @@ def make_weighting(variance: Array, scatter: Array, size: float = 1.0) -> Weight
     return Weighting(scale, basis, values[kept], size)
 
 
-def weighting_of_covariance(variance: Array, scatter: Array, size: float = 1.0) -> Weighting:
-    """The same from the covariance of the scatter, (n, n) (N.m)^2.
+def weighting_of_covariance(variance: Array, scatter: Array, least: float = MIN_EIGENVALUE) -> Weighting:
+    """The same at size 1 from the covariance of the scatter, (n, n) (N.m)^2; least: as `MIN_EIGENVALUE`.
 
     The scatter of few blocks fixes that of all others: a Cholesky decomposition with pivots ends where no block has
     more than `LEFT_OUT` left (Harbrecht, Peters and Schneider, On the Low-Rank Approximation by the Pivoted Cholesky
@@ -220,5 +220,5 @@ def weighting_of_covariance(variance: Array, scatter: Array, size: float = 1.0) 
     columns = np.empty((len(scaled), rank))
     columns[pivots - 1] = np.tril(factor[:, :rank])
     values, vectors = np.linalg.eigh(columns.T @ columns)
-    kept = values > MIN_EIGENVALUE
-    return Weighting(scale, columns @ (vectors[:, kept] / np.sqrt(values[kept])), values[kept], size)
+    kept = values > least
+    return Weighting(scale, columns @ (vectors[:, kept] / np.sqrt(values[kept])), values[kept], 1.0)

@@ -1,6 +1,8 @@
 """Deviations of a whole curve: a base curve that is off within tolerance, or what all elements of a drive share.
 
 The scatter of single elements makes ripple where it changes the curve; what is common to them changes the curve alone.
+A curve that is fitted to one individual deviates by both: where the crank is locked at few angles, ripple looks like
+scale, and a covariance that takes all of it for common hides a modulus that is far off.
 """
 
 from __future__ import annotations
@@ -16,12 +18,12 @@ and brings up to 170 on simulated individuals without effects."""
 
 
 COMMON_SHARE = 0.1
-"""Deviation of what all elements share, over that of the curves of individuals, which parts that deviate by themselves
-make as well. Chosen among 0, 0.1, 0.2, 0.3, 0.5, 1 and 2 by the likelihood of records of individuals
-(`tests/benchmarks/probabilities/bench_whole_curve.py`)."""
+"""Deviation of what all elements share, over that of curves that are fitted to individuals, of which parts that deviate
+by themselves make the most. Chosen among 0, 0.1, 0.2, 0.3, 0.5, 1 and 2 by the likelihood of records of individuals
+(`tests/benchmarks/scatter/bench_common_deviations.py`)."""
 SCALE = 0.01
-"""Standard deviation of the factor of a whole curve, as of Young's modulus from one batch of steel to the next: 1 % of
-the torque is 2.5 % of the modulus. Chosen among 0, 0.005, 0.01, 0.02 and 0.03 by the same likelihood."""
+"""Standard deviation of the factor of a whole curve, as of Young's modulus from one steel to the next: 1 % of the
+torque is 2.5 % of the modulus. Chosen among 0, 0.005, 0.01, 0.02 and 0.03 by the same likelihood."""
 
 
 def common_deviations(torque: Array, scatter: Array) -> Array:

@@ -1,11 +1,13 @@
-"""How wide the deviations are that all elements of a drive share, by records of individuals.
+"""How wide the deviations are that all elements of a drive share, and which components of the scatter are kept, by
+records of individuals.
 
 Run as `python tests/benchmarks/scatter/bench_common_deviations.py --second 90 --seed 17 --workers 2`. The records are
 those of individuals of the second generator from which nothing or known effects are missing; each is fitted with its
-true set of effects under several widths of the common deviations (`random_effects.curve_columns`). The table has the
-mean of -2 log likelihood less that of the widths in use, and, for each effect that is not missing, the mean square of
-its amplitude by generalised least squares over its standard error: 1 under an exact covariance, less where the
-covariance is too wide and hides such an effect, more where it is too narrow and makes one up.
+true set of effects under several widths of the common deviations (`random_effects.curve_columns`) and several least
+variances of a component (`estimation.weighting`). The table has the mean of -2 log likelihood less that of what is in
+use, and, for each effect that is not missing, the mean square of its amplitude by generalised least squares over its
+standard error: 1 under an exact covariance, less where the covariance is too wide and hides such an effect, more where
+it is too narrow and makes one up.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 from reefmu.diagnosis.estimation.least_squares import Fit  # noqa: E402
 from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
 from reefmu.diagnosis.estimation.score_test import absorbing_basis, linearise  # noqa: E402
-from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE, Weighting, weighting_of_covariance  # noqa: E402
+from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE, MIN_EIGENVALUE, Weighting, weighting_of_covariance  # noqa: E402
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem  # noqa: E402
 from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
 from reefmu.diagnosis.random_effects.curve_columns import COMMON_SHARE, SCALE, curve_columns  # noqa: E402
@@ -34,14 +36,15 @@ from stiffness_model.numerics.arrays import Array  # noqa: E402
 from tests.benchmarks.probabilities.observed_records import second_record  # noqa: E402
 from tests.benchmarks.probabilities.rival_sets import true_fit  # noqa: E402
 
-WIDTHS = (
-    (COMMON_SHARE, SCALE),
-    *((share, SCALE) for share in (0.0, 0.2, 0.3, 0.5, 1.0, 2.0)),
-    *((COMMON_SHARE, scale) for scale in (0.0, 0.005, 0.02, 0.03)),
-    (0.0, 0.0),
-    (1.0, 0.0),
+CHOICES = (
+    (COMMON_SHARE, SCALE, MIN_EIGENVALUE),
+    *((share, SCALE, MIN_EIGENVALUE) for share in (0.0, 0.2, 0.3, 0.5, 1.0)),
+    *((COMMON_SHARE, scale, MIN_EIGENVALUE) for scale in (0.0, 0.005, 0.02, 0.03)),
+    (0.0, 0.0, MIN_EIGENVALUE),
+    (1.0, 0.0, MIN_EIGENVALUE),
+    *((COMMON_SHARE, SCALE, least) for least in (0.3, 0.03)),
 )
-"""Pairs of `COMMON_SHARE` and `SCALE` that are tried, those in use first."""
+"""Triples of `COMMON_SHARE`, `SCALE` and `MIN_EIGENVALUE` that are tried, those in use first."""
 EFFECTS = (
     "modulus_error",
     "structural_compliance",
@@ -58,7 +61,7 @@ CLEARANCES = {"backlash", "preload"}
 
 @dataclass(frozen=True)
 class Likelihood:
-    """One record: costs (w,), and squares of the effects' amplitudes over their variance (w,) by effect."""
+    """One record: costs (c,) by choice, and squares of the effects' amplitudes over their variance (c,) by effect."""
 
     costs: Array
     squares: dict[str, Array]
@@ -87,20 +90,21 @@ def _related(name: str) -> set[str]:
 
 
 def _weightings(problem: Problem, scatter: Scatter, fit: Fit) -> Iterator[Weighting]:
-    """The weights at the contacts of a fit under all widths, each at the likeliest size."""
+    """The weights at the contacts of a fit under all choices, each at the likeliest size."""
     at = fit.prediction.contacts
     beside = problem.predictor(fit.names).twist_beside_sensors(fit.parameters)
     of_parts, torque = scatter.covariance_of_parts(at.twist, at.clearance, beside)
     curves, residual = curve_columns(torque, of_parts), problem.torque - fit.prediction.torque
-    for share, scale in WIDTHS:
+    for share, scale, least in CHOICES:
         common = np.concatenate([share * curves, scale * torque[None]])
         covariance = (of_parts + common.T @ common) * at.gain * at.gain[:, None]
-        weights = weighting_of_covariance(problem.variance, covariance).with_unknown_forms(problem.base.full_torque)
+        weights = weighting_of_covariance(problem.variance, covariance, least)
+        weights = weights.with_unknown_forms(problem.base.full_torque)
         yield weights.with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
 
 
 def _squares(problem: Problem, fit: Fit, name: str, weightings: Sequence[Weighting]) -> Array:
-    """(w,) squares of the amplitude of one more effect over its variance."""
+    """(c,) squares of the amplitude of one more effect over its variance."""
     column, residual = linearise(problem, name, fit)[0].columns[:, 0], problem.torque - fit.prediction.torque
     found: list[float] = []
     for weights in weightings:
@@ -112,13 +116,13 @@ def _squares(problem: Problem, fit: Fit, name: str, weightings: Sequence[Weighti
 
 
 def table(records: Sequence[Likelihood]) -> str:
-    """Means over records, a line for each width."""
+    """Means over records, a line for each choice."""
     costs = np.mean([r.costs - r.costs[0] for r in records], axis=0)
     squares = {name: np.mean([r.squares[name] for r in records if name in r.squares], axis=0) for name in EFFECTS}
-    lines = [f"{len(records)} records; share, scale, cost, mean squares of {', '.join(EFFECTS)}"]
-    for k, (share, scale) in enumerate(WIDTHS):
+    lines = [f"{len(records)} records; share, scale, least variance, cost, mean squares of {', '.join(EFFECTS)}"]
+    for k, (share, scale, least) in enumerate(CHOICES):
         of_effects = " ".join(f"{squares[name][k]:6.2f}" for name in EFFECTS)
-        lines.append(f"{share:5g} {scale:6g} {costs[k]:8.2f} {of_effects}")
+        lines.append(f"{share:5g} {scale:6g} {least:5g} {costs[k]:8.2f} {of_effects}")
     return "\n".join(lines)
 
 

@@ -90,7 +90,7 @@ def test_the_size_is_that_of_the_greatest_likelihood(seed: int, largest: float, 
 def test_random_effects_and_their_covariance_make_the_same_weighting(seed: int, size: float) -> None:
     weights, _, values = example(seed, size)
     components, variance = weights.components, 1 / weights.scale**2
-    found = weighting_of_covariance(variance, components.T @ components, size)
+    found = weighting_of_covariance(variance, components.T @ components).with_size(size)
     np.testing.assert_allclose(found.eigenvalues, weights.eigenvalues, rtol=1e-9)
     white = found.whiten(values)
     np.testing.assert_allclose(white.T @ white, weights.whiten(values).T @ weights.whiten(values), rtol=1e-9, atol=1e-9)
