@@ -10,6 +10,7 @@ import pytest
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.estimation.shared_covariances import least_costs
+from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE
 from stiffness_model.numerics.arrays import Array
 from tests.individual_records import problem_of_individual
 
@@ -81,13 +82,16 @@ def test_a_parameter_at_its_bound_stays_there(problem: Problem) -> None:
     other = replace(nothing, weighting=replace(nothing.weighting, basis=nothing.weighting.basis.copy()))
     off = nothing.parameters + np.array([0.01 * problem.base.max_twist, *np.zeros(len(nothing.parameters) - 1)])
     prediction = problem.predictor(())(off)
-    added = nothing.weighting.cost(problem.torque - prediction.torque)
+    residual = problem.torque - prediction.torque
+    added = nothing.weighting.cost(residual)
     added -= nothing.weighting.cost(problem.torque - nothing.prediction.torque)
     costs = {"cost": nothing.cost + added, "chi_square": nothing.chi_square + added}
     moved = replace(nothing, parameters=off, prediction=prediction, **costs)
     at_bound = replace(moved, at_bound=np.ones(len(off), bool))
     (followed,), (held,) = (least_costs(problem, [fit], [other]) for fit in (moved, at_bound))
-    assert held == pytest.approx(moved.cost, abs=2.0)
+    wider = nothing.weighting.with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
+    expected = moved.cost - nothing.weighting.cost(residual) + wider.cost(residual)
+    assert held == pytest.approx(expected, abs=2.0)
     assert followed < held - 50.0
 
 
