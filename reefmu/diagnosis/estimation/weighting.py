@@ -140,8 +140,16 @@ class Weighting:
 
     def with_unknown_forms(self, full_torque: float) -> Weighting:
         """With wider small components, as of parts that deviate in other forms (`UNKNOWN_FORMS`); full_torque: N.m."""
-        added = UNKNOWN_FORMS * full_torque * float(np.sqrt(np.mean(self.scale**2)))
-        return replace(self, eigenvalues=self.eigenvalues + added * np.sqrt(self.eigenvalues))
+        return replace(self, eigenvalues=self.eigenvalues + self._forms(full_torque) * np.sqrt(self.eigenvalues))
+
+    def without_unknown_forms(self, full_torque: float) -> Weighting:
+        """What `with_unknown_forms` made this of: the components as tolerances of size and place make them."""
+        half = self._forms(full_torque) / 2
+        return replace(self, eigenvalues=(np.sqrt(half**2 + self.eigenvalues) - half) ** 2)
+
+    def _forms(self, full_torque: float) -> float:
+        """`UNKNOWN_FORMS` of full torque, N.m, over the standard deviation of the noise."""
+        return UNKNOWN_FORMS * full_torque * float(np.sqrt(np.mean(self.scale**2)))
 
     def with_variance(self, variance: Array) -> Weighting:
         """With another noise, variance (n,) in (N.m)^2."""

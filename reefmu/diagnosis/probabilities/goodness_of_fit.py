@@ -1,12 +1,15 @@
 """Whether the chosen model explains a record: the p-value of what its fit leaves, by simulation along this record.
 
 Records of drives that are what the model says are simulated with this record's noise and, of an individual, with the
-deviations of individuals of the population; each is fitted to first order. The p-value is the share of them whose
+deviations of individuals of the population and those of other forms, which no drawing describes; each is fitted to
+first order. The p-value is the share of them whose
 whitened sum of squares is at least that of the record (parametric bootstrap; Davison and Hinkley, Bootstrap Methods and
 their Application, 1997, section 4.2.3).
 """
 
 from __future__ import annotations
+
+import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
@@ -29,8 +32,18 @@ def p_value(problem: Problem, fit: Fit, residual: Array, seed: int = 0) -> float
     """The p-value of a residual (n,), N.m, beside a fit."""
     basis = absorbing_basis(fit.weighting, fit.prediction.sensitivities, fit.bounds.prior_deviation)
     records = simulate_records(problem, N_RECORDS, seed).under(fit.weighting, fit.prediction.contacts.gain)
+    records = records + _unknown_forms(fit.weighting, problem.base.full_torque, seed)
     measured = float(_left(fit.weighting, basis, residual[:, None])[0])
     return float((1 + (_left(fit.weighting, basis, records) >= measured).sum()) / (1 + N_RECORDS))
+
+
+def _unknown_forms(weighting: Weighting, full_torque: float, seed: int) -> Array:
+    """(n, N_RECORDS) N.m, deviations in forms that no drawing describes, of individuals of the population."""
+    drawn = weighting.without_unknown_forms(full_torque)
+    deviation = weighting.size * np.sqrt(weighting.eigenvalues - drawn.eigenvalues)
+    rng = np.random.default_rng(np.random.SeedSequence([seed, N_RECORDS, len(deviation)]))
+    sizes = deviation[:, None] * rng.standard_normal((len(deviation), N_RECORDS))
+    return (weighting.basis @ sizes) / weighting.scale[:, None]
 
 
 def _left(weighting: Weighting, basis: Array, values: Array) -> Array:

@@ -23,7 +23,7 @@ import numpy as np
 sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
 from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
-from reefmu.diagnosis.estimation.weighting import UNKNOWN_FORMS, Weighting  # noqa: E402
+from reefmu.diagnosis.estimation.weighting import Weighting  # noqa: E402
 from stiffness_model.numerics.arrays import Array  # noqa: E402
 from tests.benchmarks.probabilities.observed_records import analysed_second  # noqa: E402
 
@@ -51,9 +51,7 @@ class Left:
 
 def as_drawn(weights: Weighting, full_torque: float) -> Weighting:
     """The scatter of a weighting without unknown forms, at size 1."""
-    added = UNKNOWN_FORMS * full_torque * float(np.sqrt(np.mean(weights.scale**2)))
-    root = np.sqrt(added**2 / 4 + weights.eigenvalues) - added / 2
-    return replace(weights, eigenvalues=root**2, size=1.0)
+    return weights.without_unknown_forms(full_torque).with_size(1.0)
 
 
 def left(problem: Problem, weights: Weighting, residual: Array) -> Left:
