@@ -16,7 +16,7 @@ from reefmu.diagnosis.estimation.weighting import weighting_of_covariance
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.preparation import prepare_problem, with_individuals
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
-from reefmu.diagnosis.random_effects.curve_columns import common_deviations
+from reefmu.diagnosis.random_effects.curve_columns import SCALE, common_deviations
 from reefmu.diagnosis.random_effects.element_columns import SeatedElements, average_torque
 from reefmu.diagnosis.random_effects.element_motion import element_motion, spread_starts
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
@@ -265,11 +265,13 @@ def test_what_is_between_contacts_and_sensors_moves_no_element(scatter: Scatter)
 
 
 @pytest.mark.slow
-def test_the_covariance_holds_a_base_curve_that_is_off_as_individuals_are() -> None:
-    """A scale that is off by one standard deviation of individuals' curves is one standard deviation of the covariance
-    at most, although it makes no ripple."""
+def test_the_covariance_holds_a_scale_that_all_elements_share() -> None:
+    """A scale that is off by its standard deviation is one standard deviation of the covariance at most, although it
+    makes no ripple; without what all elements share it would be two and more."""
     problem = _problem(rig.measured({}, noise=0.5, seed=21))
-    curve = base_fit(problem).prediction.elastic
-    shares = problem.individuals @ curve / float(curve @ curve)
-    off = float(shares.std()) * curve
-    assert float((problem.weights.with_size(1.0).whiten(off) ** 2).sum()) < 2.0
+    assert isinstance(problem.scatter, Scatter)
+    off = SCALE * base_fit(problem).prediction.elastic
+    assert float((problem.weights.with_size(1.0).whiten(off) ** 2).sum()) < 1.0
+    of_parts, _ = problem.scatter.covariance_of_parts(problem.scatter.twist)
+    alone = weighting_of_covariance(problem.variance, of_parts)
+    assert float((alone.whiten(off) ** 2).sum()) > 4.0
