@@ -16,7 +16,7 @@ import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -26,7 +26,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
 from reefmu.diagnosis.estimation.least_squares import Fit  # noqa: E402
 from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
-from reefmu.diagnosis.estimation.score_test import absorbing_basis, linearise  # noqa: E402
+from reefmu.diagnosis.estimation.score_test import absorbing_basis, linearise, score_gains  # noqa: E402
 from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE, MIN_EIGENVALUE, Weighting, weighting_of_covariance  # noqa: E402
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem  # noqa: E402
 from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
@@ -104,14 +104,14 @@ def _weightings(problem: Problem, scatter: Scatter, fit: Fit) -> Iterator[Weight
 
 
 def _squares(problem: Problem, fit: Fit, name: str, weightings: Sequence[Weighting]) -> Array:
-    """(c,) squares of the amplitude of one more effect over its variance."""
-    column, residual = linearise(problem, name, fit)[0].columns[:, 0], problem.torque - fit.prediction.torque
+    """(c,) squares of the amplitude of one more effect, of either sign, over its variance."""
+    direction = replace(linearise(problem, name, fit)[0], one_sided=False)
     found: list[float] = []
     for weights in weightings:
         basis = absorbing_basis(weights, fit.prediction.sensitivities, fit.bounds.prior_deviation)
-        white = weights.whiten(np.stack([column, residual], axis=1))
-        own, left = (white - basis @ (basis.T @ white)).T
-        found.append(float((own @ left) ** 2 / (own @ own)))
+        residual = weights.whiten(problem.torque - fit.prediction.torque)
+        [(gain, _)] = score_gains([direction], weights, basis, residual - basis @ (basis.T @ residual))
+        found.append(gain)
     return np.array(found)
 
 
