@@ -36,7 +36,8 @@ from .responses import (
 STEPS = 4
 """Starts in the range of each over which the steps are averaged by which elements enter and leave the profile: in a
 slow loop they are many blocks apart. Chosen by the likelihood of records of individuals: with one instead -2 log
-likelihood is 960 more in a single loop and 5 to 30 more in other records, with 8 and 16 it changes by less than 35."""
+likelihood is 1010 more in a single loop and from 2 less to 29 more in four other records, with 8 and 16 it changes by
+less than 35."""
 MIN_BORE_SHARE = 0.002
 """Least variance from the bores, over the variance from the clearances, for the bores to have columns. Chosen by
 judgement."""
