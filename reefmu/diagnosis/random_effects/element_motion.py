@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
 from stiffness_model.numerics.arrays import Array
 
+from ..preprocessing.channel_filter import Instant, filtered_instants
 from ..preprocessing.trace import Blocks, Trace
 
 MAX_SAMPLES = 8
@@ -29,6 +31,9 @@ distance of the elements. The covariance of blocks is then within 1 % of that of
 TWIST_STEP = 0.05
 """Change of the twist within a part, over the greatest one of the drawing, up to which torque is taken to be linear in
 it; about a step of the tables of `responses`, between whose nodes it is."""
+LEAST_CHANGE = 1e-3
+"""rad, by which a filter must move the elements for the sample before to count; chosen by judgement, a tenth of the
+width in which elements fade at the edges of the profile."""
 GOLDEN = (math.sqrt(5) - 1) / 2
 """Multiples of the golden ratio are spread over a turn as evenly as those of any number (Weyl sequence)."""
 
@@ -67,6 +72,14 @@ class ElementMotion:
         """(p,) rad, distance from the edge of the profile within which an element is on it for a share of the part."""
         return np.where(np.isfinite(self.offsets), np.abs(self.offsets), 0.0).max(axis=1) + FADE_HALF_WIDTH
 
+    def of_blocks(self, some: NDArray[np.bool_]) -> ElementMotion:
+        """The motion in some of the blocks (n,)."""
+        at, count = some[self.block], self.count[some]
+        of_parts = (self.rotation, self.twist, self.weight, self.offsets)
+        rotation, twist, weight, offsets = (values[at] for values in of_parts)
+        first = np.cumsum(count) - count
+        return ElementMotion(rotation, twist, weight, offsets, first, self.start[at], self.samples[at])
+
     def twist_from(self, mean: Array) -> Array:
         """(p,) rad, twist in the parts whose mean over each block is `mean` (n,)."""
         return mean[self.block] + self.twist
@@ -82,15 +95,30 @@ class ElementMotion:
         return np.add.reduceat(self.weight.reshape(-1, *(1,) * (values.ndim - 1)) * values, self.first, axis=0)
 
 
-def element_motion(drive: Drive, trace: Trace, blocks: Blocks, before: float = 0.0) -> ElementMotion:
-    """The motion of a drive's elements along a record, as it was some time, s, before every sample.
+def element_motion(drive: Drive, trace: Trace, blocks: Blocks, time_constant: float = 0.0) -> ElementMotion:
+    """The motion of a drive's elements along a record whose channels have passed a filter with a time constant, s.
 
     The contacts are those of a crank that is twisted from the position that it has without load (paper, section III).
     That position follows the output: where the crank is locked, a twist of the output moves the elements along the
     profile as far as the crank would have to turn for it.
     """
-    crank, twist = trace.crank - before * trace.crank_speed, trace.smooth_twist - before * trace.twist_rate
-    rotation = (drive.ratio - 1) * (crank / drive.ratio - twist)
+    now, before = filtered_instants(trace, time_constant)
+    own = _at_instant(drive, now, blocks)
+    if time_constant <= 0:
+        return own
+    change = blocks.mean(before.share * np.abs(_rotation(drive, now) - _rotation(drive, before)))
+    moved = change > LEAST_CHANGE
+    return _in_turn(own, _at_instant(drive, before, blocks), blocks.mean(before.share) * moved)
+
+
+def _rotation(drive: Drive, instant: Instant) -> Array:
+    """(samples,) rad, of the crank relative to the cage, as it is without load."""
+    return (drive.ratio - 1) * (instant.crank / drive.ratio - instant.twist)
+
+
+def _at_instant(drive: Drive, instant: Instant, blocks: Blocks) -> ElementMotion:
+    """The motion of the elements at one instant of every sample."""
+    rotation, twist = _rotation(drive, instant), instant.twist
     samples = blocks.count.astype(np.intp)
     steps = np.maximum(blocks.span(rotation) / SLOW, blocks.span(twist) / (TWIST_STEP * drive.max_twist))
     count = np.clip(np.ceil(steps).astype(np.intp), 1, samples)
@@ -110,6 +138,30 @@ def element_motion(drive: Drive, trace: Trace, blocks: Blocks, before: float = 0
     beside = means(twist) - np.repeat(blocks.mean(twist), count)
     weight = length / np.repeat(samples, count)
     return ElementMotion(at, beside, weight, offsets, first, start, length)
+
+
+def _in_turn(one: ElementMotion, other: ElementMotion, share: Array) -> ElementMotion:
+    """The motion whose blocks have a share (n,) of their parts in another motion, and the rest in one."""
+    some = share[other.block] > 0
+    block = np.concatenate([one.block, other.block[some]])
+    order = np.argsort(block, kind="stable")
+    width = max(one.offsets.shape[1], other.offsets.shape[1])
+
+    def joined(of_one: NDArray[Any], of_other: NDArray[Any]) -> NDArray[Any]:
+        return np.concatenate([of_one, of_other[some]])[order]
+
+    def padded(offsets: Array) -> Array:
+        return np.pad(offsets, ((0, 0), (0, width - offsets.shape[1])), constant_values=np.inf)
+
+    return ElementMotion(
+        joined(one.rotation, other.rotation),
+        joined(one.twist, other.twist),
+        joined(one.weight * (1 - share)[one.block], other.weight * share[other.block]),
+        joined(padded(one.offsets), padded(other.offsets)),
+        np.searchsorted(block[order], np.arange(len(share))),
+        joined(one.start, other.start),
+        joined(one.samples, other.samples),
+    )
 
 
 def even_seats(drive: Drive) -> tuple[int, ...]:

@@ -43,12 +43,13 @@ NEIGHBOURS = 128
 @dataclass(frozen=True)
 class Scatter:
     """The scatter along one record; motion: of the elements where the contacts have the twist (n,), rad, of a first
-    estimate, by block."""
+    estimate, by block; starts: number of positions of the first element, a multiple of `N_JOBS`."""
 
     drive: Drive
     responses: ElementResponses
     motion: ElementMotion
     twist: Array
+    starts: int = N_STARTS
 
     def covariance_at(
         self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None, spread: Spread = in_turn
@@ -67,7 +68,7 @@ class Scatter:
             return self._moved(twist, beside).covariance_of_parts(twist, clearance, spread=spread)
         clearance = np.broadcast_to(np.asarray(clearance, float), twist.shape)[self.motion.block]
         average = average_torque(self.drive, self.responses, self.motion, twist, clearance)
-        starts = np.arange(N_STARTS).reshape(N_JOBS, -1)
+        starts = np.arange(self.starts).reshape(N_JOBS, -1)
         parts = spread(_products, [_SomeStarts(self, clearance, average, some) for some in starts])
         found = functools.reduce(operator.iadd, parts)
         mirror_lower_triangle(found)
@@ -108,16 +109,17 @@ class _SomeStarts:
 
 def _products(what: _SomeStarts) -> Array:
     """(n, n) (N.m)^2, lower triangle of what some starts contribute to the covariance."""
-    of, count = what.scatter, len(what.scatter.twist)
-    found, starts = np.zeros((count, count), order="F"), spread_starts(of.drive, N_STARTS)
+    of, count, of_starts = what.scatter, len(what.scatter.twist), what.scatter.starts
+    found, starts = np.zeros((count, count), order="F"), spread_starts(of.drive, of_starts)
     parts = part_responses(of.responses, of.motion, of.twist, what.clearance)
+    pairs_every = min(PAIRS_EVERY, of_starts)
     # Every start stands for those that are nearer to it than to others.
-    width = 2 * np.pi / of.drive.elements / N_STARTS
+    width = 2 * np.pi / of.drive.elements / of_starts
     for number in what.numbers:
         elements = SeatedElements(of.drive, of.responses, of.motion, parts, starts[number], width)
-        add_products(found, elements.columns(what.average), 1 / N_STARTS)
-        if number % PAIRS_EVERY == 0:
-            add_products_of_sparse(found, elements.of_pairs(), PAIRS_EVERY / N_STARTS)
+        add_products(found, elements.columns(what.average), 1 / of_starts)
+        if number % pairs_every == 0:
+            add_products_of_sparse(found, elements.of_pairs(), pairs_every / of_starts)
     return found
 
 

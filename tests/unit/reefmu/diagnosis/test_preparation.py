@@ -15,7 +15,10 @@ from reefmu.diagnosis.forward.parameter_layout import DELAY
 from reefmu.diagnosis.pipeline import analyse
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
+from reefmu.diagnosis.random_effects.element_motion import element_motion
+from reefmu.diagnosis.random_effects.scatter import Scatter
 from reefmu.record import Record
+from tests.channel_filter import with_filtered_channels
 from tests.individual_records import mean_lookup, record_at_held_torque, record_of_individual, seated_drive
 
 AMPLITUDE = 3e-4
@@ -62,3 +65,22 @@ def test_a_large_kinematic_error_does_not_hide_in_the_scatter(per_row: int) -> N
     amplitude = layout.by_effect(fit.parameters)["kinematic_error"]["amplitude_2"]
     assert amplitude == pytest.approx(AMPLITUDE, rel=0.04)
     assert fit.weighting.size <= 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("time_constant", [0.0, 3e-4, 5e-4])
+def test_the_filter_of_all_channels_is_found_where_elements_pass_at_several_speeds(time_constant: float) -> None:
+    """Within 0.05 ms, of a record ten times as fast as the usual one: by where the elements were at the first part of
+    each block before the filter."""
+    drive = seated_drive(29)
+    usual = record_of_individual(drive, noise=0.1)
+    record = with_filtered_channels(replace(usual, time=usual.time / 10), time_constant or 1e-9)
+    trace = make_trace(record, drive.ratio)
+    problem = prepare_problem(record, trace, drawing_base(drive, mean_lookup(drive)))
+    scatter = problem.scatter
+    assert isinstance(scatter, Scatter)
+    expected = element_motion(drive, problem.trace, problem.blocks, time_constant)
+    turning = problem.blocks.mean(np.abs(trace.crank_speed)) > 30
+    found = scatter.motion
+    ahead = (found.rotation[found.first] - expected.rotation[expected.first])[turning]
+    assert np.abs(ahead).max() < 60 * 5e-5

@@ -1,0 +1,103 @@
+"""What the filter that all channels have passed explains of individuals, by records of the second generator.
+
+Run as `python tests/benchmarks/scatter/bench_channel_filter.py --second 90 --seed 19 --workers 2`. The records are
+those of individuals in which elements pass at several speeds and nothing or known effects are missing; each is fitted
+with its true set of effects under the scatter with the likeliest time constant, and under that without a filter. A line
+for each has the time constant, the change of -2 log likelihood, and the squares that are left in fast runs over those
+expected, without and with the filter.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
+
+from reefmu.diagnosis.estimation.least_squares import Fit  # noqa: E402
+from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
+from reefmu.diagnosis.estimation.search import base_fit  # noqa: E402
+from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE, weighting_of_covariance  # noqa: E402
+from reefmu.diagnosis.preparation import BaseCurveSource, channel_time_constant, prepare_problem  # noqa: E402
+from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
+from reefmu.diagnosis.random_effects.element_motion import element_motion  # noqa: E402
+from reefmu.diagnosis.random_effects.scatter import Scatter  # noqa: E402
+from reefmu.diagnosis.random_effects.tolerance_scatter import in_turn  # noqa: E402
+from tests.benchmarks.probabilities.observed_records import second_record  # noqa: E402
+from tests.benchmarks.probabilities.rival_sets import true_fit  # noqa: E402
+
+FAST = 10.0
+"""rad/s, median speed of the crank from which a run counts as fast."""
+
+
+@dataclass(frozen=True)
+class Explained:
+    """One record: time_constant: s; cost: change of -2 log likelihood with the filter; left: squares of fast runs over
+    those expected, without and with it."""
+
+    number: int
+    time_constant: float
+    cost: float
+    left: tuple[float, float]
+
+
+def explained(number: int, seed: int) -> Explained | None:
+    """What the filter explains of one record; None of a mean drive, where something unnamed or an effect is missing
+    that is no candidate, without tolerances, and where elements do not pass at several speeds."""
+    record, drive, truth = second_record(number, seed)
+    if truth["foreign"] or not truth["individual"]:
+        return None
+    source = BaseCurveSource(drive)
+    trace = make_trace(record, source.ratio(record))
+    problem = prepare_problem(record, trace, source.base_curve(trace))
+    if set(truth["names"]) - set(problem.candidates) or not isinstance(problem.scatter, Scatter):
+        return None
+    unfiltered = replace(problem.scatter, motion=element_motion(drive, problem.trace, problem.blocks))
+    residual = problem.torque - base_fit(problem).prediction.torque
+    time_constant = channel_time_constant(problem, unfiltered, residual, in_turn)
+    if time_constant == 0:
+        return None
+    fit = true_fit(problem, tuple(truth["names"]), truth["parameters"])
+    (before, left_before), (after, left_after) = (_fitted(problem, s, fit) for s in (unfiltered, problem.scatter))
+    return Explained(number, time_constant, after - before, (left_before, left_after))
+
+
+def _fitted(problem: Problem, scatter: Scatter, fit: Fit) -> tuple[float, float]:
+    """The cost of a set of effects under a scatter, and the squares of fast runs over those expected."""
+    at = fit.prediction.contacts
+    beside = problem.predictor(fit.names).twist_beside_sensors(fit.parameters)
+    covariance = scatter.covariance_at(at.twist, at.clearance, beside) * at.gain * at.gain[:, None]
+    weights = weighting_of_covariance(problem.variance, covariance).with_unknown_forms(problem.base.full_torque)
+    weights = weights.with_likeliest_scatter(problem.torque - fit.prediction.torque, INDIVIDUAL_SIZE)
+    found = problem.fit_from(fit.names, fit.parameters, weights)
+    squares = weights.whiten(problem.torque - found.prediction.torque) ** 2
+    fast = np.abs(problem.blocks.mean(problem.trace.crank_speed)) > FAST
+    return found.cost, float(squares[fast].sum() / problem.expected_squares(weights)[fast].sum())
+
+
+def main() -> None:
+    """Print a line for each record, and the means."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser.add_argument("--second", type=int, default=90, help="records of the second generator")
+    parser.add_argument("--seed", type=int, default=19, help="of their catalogue")
+    parser.add_argument("--workers", type=int, default=2, help="processes")
+    given = parser.parse_args()
+    found: list[Explained] = []
+    with ProcessPoolExecutor(given.workers) as pool:
+        for record in pool.map(partial(explained, seed=given.seed), range(given.second)):
+            if record is not None:
+                found.append(record)
+                left = ", ".join(f"{x:.2f}" for x in record.left)
+                print(f"{record.number}: {1e3 * record.time_constant:.2f} ms, cost {record.cost:.0f}, fast {left}")
+    costs, left = np.array([r.cost for r in found]), np.mean([r.left for r in found], axis=0)
+    print(f"{len(found)} records: cost {costs.mean():.0f} in the mean, worst {costs.max():.0f}, fast {left.round(2)}")
+
+
+if __name__ == "__main__":
+    main()
