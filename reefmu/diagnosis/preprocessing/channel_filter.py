@@ -4,7 +4,8 @@ Amplifiers and encoders of a rig filter torque and angles alike, so that no chan
 speed a filtered angle lags by the filter's time constant, while a torque that changes within it, as where elements
 enter and leave the profile, is smoothed instead. Each sample of a first-order filter whose input is linear between
 samples is a mean of its input there and at the samples before (Franklin, Powell and Workman, Digital Control of Dynamic
-Systems, 1998, section 6.3, the triangle-hold equivalent), of which the last has nearly all the weight.
+Systems, 1998, section 6.3, the triangle-hold equivalent). Where samples are farther apart than the time constant, the
+sample before has nearly all the weight of those, and alone counts here.
 """
 
 from __future__ import annotations
