@@ -20,7 +20,7 @@ from ..record import Record
 from .estimation.least_squares import Fit
 from .estimation.problem import SEARCH_BLOCKS, Problem, make_weights, search_blocks
 from .estimation.search import base_fit
-from .estimation.weighting import SCATTER_SIZES, Weighting, weighting_of_covariance
+from .estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES, Weighting, weighting_of_covariance
 from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base, table_base
 from .losses.crank_losses import CRANK_FRICTION
 from .preprocessing.audit import ratio_from_angles
@@ -154,7 +154,8 @@ def _with_scatter(problem: Problem, without_effects: Fit, spread: Spread) -> Pro
 def channel_time_constant(problem: Problem, scatter: Scatter, residual: Array, spread: Spread) -> float:
     """s, the likeliest time constant of the filter that all channels have passed, beside a residual (n,), N.m.
 
-    Where elements pass at several speeds, it shows in the runs that turn; each may have friction of its own.
+    Where elements pass at several speeds, it shows in the runs that turn; each may have friction of its own. It is 0
+    where a mean drive is likelier than an individual: no single element shows there.
     """
     drive, trace, blocks = scatter.drive, problem.trace, problem.blocks
     run = trace.run[blocks.first]
@@ -164,14 +165,20 @@ def channel_time_constant(problem: Problem, scatter: Scatter, residual: Array, s
         return 0.0
     of_runs = (run[turns, None] == np.unique(run[turns])).astype(float)
 
-    def cost(time_constant: float) -> float:
+    def by_size(time_constant: float) -> list[float]:
         motion = element_motion(drive, trace, blocks, time_constant).of_blocks(turns)
         some = replace(scatter, motion=motion, twist=scatter.twist[turns], starts=FEW_STARTS)
         weights = weighting_of_covariance(problem.variance[turns], some.covariance_at(some.twist, spread=spread))
         weights = weights.with_unknown_forms(problem.base.full_torque)
-        return min(_cost_beside(weights.with_size(size), residual[turns], of_runs) for size in SCATTER_SIZES)
+        return [_cost_beside(weights.with_size(size), residual[turns], of_runs) for size in SCATTER_SIZES]
 
-    coarse = {tried: cost(tried) for tried in TIME_CONSTANTS}
+    def cost(time_constant: float) -> float:
+        return min(by_size(time_constant))
+
+    unfiltered = by_size(0.0)
+    if SCATTER_SIZES[int(np.argmin(unfiltered))] < INDIVIDUAL_SIZE:
+        return 0.0
+    coarse = {0.0: min(unfiltered)} | {tried: cost(tried) for tried in TIME_CONSTANTS[1:]}
     likeliest = min(coarse, key=lambda tried: coarse[tried])
     if likeliest in (TIME_CONSTANTS[0], TIME_CONSTANTS[-1]):
         return likeliest
