@@ -1,8 +1,10 @@
-"""Limits of twists and crank angles beyond which results have no meaning, checked in one place."""
+"""Limits of twists and crank angles beyond which results have no meaning, checked in one place, and how far the
+clearance of a drive may differ from the drawn one."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
@@ -11,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..errors import InputError, expect
 from ..numerics.arrays import Array
 from ..units import ARCMIN
+from .tolerances import Tolerance
 
 MAX_TWIST_FACTOR = 4.0
 """Greatest twist over the drawing's max_twist; chosen by judgement. A contact's indentation grows with the twist, its
@@ -21,6 +24,10 @@ QUARTER_TURN = math.pi / 2
 eccentric leaves the flanks that carry the elements for the next lobe."""
 MAX_OUTPUT_ANGLE = 1e12
 """Greatest output angle, rad, beyond which floating-point numbers no longer resolve the elements' places."""
+CLEARANCE_PER_RADIUS = {"element": -2.0, "crank": -1.0, "gear": 1.0}
+"""Change of the clearance between gear and crank by the radius of a part: geometry, at small pressure angles."""
+CLEARANCE_DEVIATIONS = 5.0
+"""Least reach in standard deviations of an element's clearance; chosen by judgement: it leaves one in a million out."""
 
 
 class TwistedDrive(Protocol):
@@ -32,6 +39,40 @@ class TwistedDrive(Protocol):
     def max_twist(self) -> float: ...
     @property
     def transmission_ratio(self) -> float: ...
+
+
+class TolerancedDrive(Protocol):
+    """What the reach of the clearance needs of a drive with rolling elements; lengths in m, twist in rad."""
+
+    @property
+    def eccentricity(self) -> float: ...
+    @property
+    def ratio(self) -> float: ...
+    @property
+    def max_twist(self) -> float: ...
+    @property
+    def tolerances(self) -> Mapping[str, Tolerance]: ...
+
+
+def clearance_reach(drive: TolerancedDrive) -> float:
+    """Greatest difference of a clearance from the drawn one that tables of a drive hold, m: half of the clearance that
+    max_twist closes, or five standard deviations of it by the tolerances where they are wider.
+
+    >>> from stiffness_model.io.drawing_toml import load_drive
+    >>> [round(1e6 * clearance_reach(load_drive(name)), 1) for name in ("drive_1", "drive_2")]
+    [23.6, 36.7]
+    """
+    return max(half_closed_clearance(drive), CLEARANCE_DEVIATIONS * clearance_deviation(drive))
+
+
+def half_closed_clearance(drive: TolerancedDrive) -> float:
+    """Half of the clearance that max_twist closes, m."""
+    return 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist
+
+
+def clearance_deviation(drive: TolerancedDrive) -> float:
+    """Standard deviation of the clearance of an element between gear and crank by the tolerances of the sizes, m."""
+    return math.hypot(*(c * drive.tolerances[part].sigma for part, c in CLEARANCE_PER_RADIUS.items()))
 
 
 def twist_limit(drive: TwistedDrive) -> float:

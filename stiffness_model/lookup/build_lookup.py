@@ -21,7 +21,7 @@ from ..contact.element_contacts import build_contacts
 from ..contact.usable_elements import usable_elements
 from ..drawing.drive import Drive
 from ..drawing.sampling import quasi_random_drives, quasi_random_elements
-from ..drawing.twist_limits import expect_twists
+from ..drawing.twist_limits import clearance_deviation, clearance_reach, expect_twists, half_closed_clearance
 from ..equilibrium.closed_form import solve, solve_chunks
 from ..errors import expect
 from ..io.drawing_toml import DriveLike, as_any_drive, drive_to_dict
@@ -71,9 +71,8 @@ def build_drawing_lookup(
 ) -> Lookup:
     """`build_lookup` for a rolling element eccentric drive.
 
-    The twist axis reaches to twice the drawing's max_twist, the clearance axis to half of the clearance that max_twist
-    closes. The grid spacing follows the scatter of the contact clearances, over which the contacts set in smoothly; the
-    grid is refined while the mean torque misses `ERROR_BOUND`. executor: shares the clearances among workers; the
+    The twist axis reaches to twice the drawing's max_twist, the clearance axis to `clearance_reach`. The grid spacing
+    follows the scatter of the contact clearances, over which the contacts set in smoothly; the grid is refined while the mean torque misses `ERROR_BOUND`. executor: shares the clearances among workers; the
     numbers do not depend on it. Raises `InputError` for a drawing with inertia switched on, whose forces depend on the
     crank's speed, which is no axis of the tables.
     """
@@ -84,15 +83,14 @@ def build_drawing_lookup(
         drive.name,
     )
     per_twist = drive.eccentricity * abs(drive.ratio)
-    scatter = float(np.sqrt(sum(drive.tolerances[part].sigma ** 2 for part in ("gear", "crank", "element"))))
-    widest = 0.5 * per_twist * drive.max_twist
-    clearance_step = float(np.clip(0.85 * scatter, widest / 30, widest / 12))
+    scatter, half_closed = clearance_deviation(drive), half_closed_clearance(drive)
+    clearance_step = float(np.clip(0.85 * scatter, half_closed / 30, half_closed / 12))
     twist_step = float(np.clip(1.05 * scatter / per_twist, drive.max_twist / 60, drive.max_twist / 26))
     refinements = (1.0, 1.5, 2.25)
     for finer in refinements:
         axes = (
             symmetric_axis(2 * drive.max_twist, twist_step / finer),
-            symmetric_axis(widest, clearance_step / finer),
+            symmetric_axis(clearance_reach(drive), clearance_step / finer),
         )
         lookup = fitted_lookup(drive, axes, mean_torque, n_drives, seed, executor)
         if lookup.error["torque_mean"] <= 0.8 * ERROR_BOUND or finer == refinements[-1]:

@@ -26,6 +26,7 @@ from ..contact.usable_elements import is_usable, usable_elements
 from ..display import one_line
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations, quasi_random_drives
+from ..drawing.twist_limits import clearance_reach, half_closed_clearance
 from ..equilibrium.closed_form import solve
 from ..errors import expect, expect_number
 from ..geometry.ball_path import wrap
@@ -47,7 +48,8 @@ FADE_HALF_WIDTH = 0.01
 judgement, far below the elements' spacing.
 """
 _CELLS = (40, 12, 12)
-"""Cells of twist, clearance and position (from 0 to the limit); `error` states what they leave."""
+"""Cells of twist, of the clearance as far as max_twist closes half of it, and of the position from 0 to the limit;
+`error` states what they leave."""
 _PARTS = ("element", "crank", "cage", "gear")
 
 
@@ -153,7 +155,8 @@ def build_element_table(drive: Drive) -> ElementTable:
     """
     cells_twist, cells_clearance, cells_position = _CELLS
     limit = drive.usable_limit
-    widest = 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist
+    widest = clearance_reach(drive)
+    cells_clearance = 2 * int(np.ceil(cells_clearance / 2 * (widest / half_closed_clearance(drive))))
     step = limit / cells_position
     # One more cell at both ends of the position, since a spline is less accurate in its last cells.
     axes = (

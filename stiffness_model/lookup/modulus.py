@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from ..drawing.drive import Drive
+from ..drawing.twist_limits import clearance_reach
 from ..elasticity import hertz
 from ..errors import expect, expect_number, refuse_unknown
 from ..montecarlo.population import simulate
@@ -116,7 +117,7 @@ def _full_torque(drive: Drive) -> float:
 
 def _measured_error(drive: Drive, shares: ModulusShares) -> float:
     twist = np.linspace(-1, 1, 9) * drive.max_twist
-    widest = 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist
+    widest = clearance_reach(drive)
     worst = 0.0
     for error in BOUNDS:
         other = with_modulus(drive, error)

@@ -15,6 +15,7 @@ import numpy as np
 from ..contact.element_contacts import Contacts, build_contacts
 from ..drawing.drive import Drive
 from ..drawing.sampling import Deviations
+from ..drawing.twist_limits import clearance_reach
 from ..numerics.arrays import Array
 from ..numerics.bspline import Axis, fit, locate, weights
 from .element_positions import ElementPositions, Window
@@ -61,7 +62,7 @@ def gear_compliance_table(drive: Drive, reach: float) -> GearComplianceTable:
     axis = Axis(-2 * step, step, N_CELLS + 4)
     tolerance = drive.tolerances["gear"]
     middle = drive.element_radius + tolerance.offset
-    span = max(4 * tolerance.sigma, 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist)
+    span = clearance_reach(drive)
     one = np.ones(axis.cells + 1)
     compliances, exponent = [], 0.0
     for q in (middle - span, middle, middle + span):

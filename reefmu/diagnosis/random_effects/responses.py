@@ -23,6 +23,7 @@ from scipy.special import eval_hermitenorm
 from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.drawing.sampling import Deviations
+from stiffness_model.drawing.twist_limits import CLEARANCE_PER_RADIUS, clearance_reach
 from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.numerics.arrays import Array
 
@@ -40,8 +41,6 @@ MAX_DEVIATION = 4.8
 1.6 in a million deviations exceed it."""
 MAX_CLEARANCES = 61
 """Greatest number of clearances of the tables. Chosen by judgement to bound their size."""
-_CLEARANCE_PER_RADIUS = {"element": -2.0, "crank": -1.0, "gear": 1.0}
-"""Change of the clearance between gear and crank by the radius of a part: geometry, at small pressure angles."""
 PLACES = 1.0
 """Deviation of the places of bores and of lobes over that of their own sizes, which drawings state alone: as wide.
 Among 0.25, 0.5 and 1 it is the likeliest on simulated individuals whose places deviate half as widely; a covariance
@@ -154,8 +153,8 @@ def _solved(key: DrawingKey[Drive]) -> ElementResponses:
     drive = replace(key.drive, beyond=rigid)
     twist = np.linspace(-TWIST_MARGIN, TWIST_MARGIN, N_TWISTS) * drive.max_twist
     position = np.linspace(-1, 1, N_POSITIONS) * drive.usable_limit
-    max_clearance = 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist
-    sigma = {part: abs(c) * drive.tolerances[part].sigma for part, c in _CLEARANCE_PER_RADIUS.items()}
+    max_clearance = clearance_reach(drive)
+    sigma = {part: abs(c) * drive.tolerances[part].sigma for part, c in CLEARANCE_PER_RADIUS.items()}
     of_sizes = float(np.sqrt(sum(s**2 for s in sigma.values()))) or 1e-3 * max_clearance
     places = place_deviations(drive)
     sigma["place"] = places.lobe

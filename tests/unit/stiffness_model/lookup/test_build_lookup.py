@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import stiffness_model as sm
+from stiffness_model.drawing.twist_limits import clearance_deviation
 from stiffness_model.lookup.build_lookup import ERROR_BOUND, QUANTITIES, Lookup, build_lookup, mean_torque
 from stiffness_model.numerics.bspline import Axis, evaluate, fit
 
@@ -38,8 +39,13 @@ def test_evenly_spread_elements_give_the_mean_of_drawn_drives(name: str) -> None
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["drive_2", "drive_3"])
 def test_stated_error_meets_the_bound(name: str) -> None:
-    lookup = build_lookup(sm.load_drive(name), n_drives=64)
+    drive = sm.load_drive(name)
+    lookup = build_lookup(drive, n_drives=64)
     assert lookup.error["torque_mean"] < ERROR_BOUND
+    twist = np.linspace(-1, 1, 9) * drive.max_twist
+    for clearance in (-4.5 * clearance_deviation(drive), 4.5 * clearance_deviation(drive)):
+        solved = mean_torque(drive, twist, clearance)
+        assert np.abs(lookup.torque(twist, clearance) - solved).max() / lookup.full_torque < 3 * ERROR_BOUND
     assert set(lookup.error) == set(QUANTITIES)
 
 

@@ -11,7 +11,9 @@ import stiffness_model as sm
 from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.drawing import sampling
 from stiffness_model.drawing.sampling import Deviations
+from stiffness_model.drawing.twist_limits import clearance_deviation
 from stiffness_model.equilibrium.closed_form import solve
+from stiffness_model.lookup.build_lookup import mean_torque
 from stiffness_model.lookup.element_table import FADE_HALF_WIDTH, ElementTable, build_element_table
 
 
@@ -34,6 +36,16 @@ def test_table_is_the_mean_over_drawn_elements(
     torque = solve(build_contacts(drive, elements, clearance), twist * drive.ratio).output_torque
     error = 4 * torque.std(axis=1) / np.sqrt(torque.shape[1])
     assert (np.abs(table.torque(twist, clearance, position) - torque.mean(axis=1)) < error + 0.1).all()
+
+
+def test_a_clearance_that_wide_tolerances_allow_is_within_the_table() -> None:
+    drive = sm.load_drive("drive_2")
+    table = build_element_table(drive)
+    twist, clearance = np.linspace(-1, 1, 9) * drive.max_twist, 4.5 * clearance_deviation(drive)
+    around = np.linspace(-np.pi, np.pi, 2001)[:-1]
+    whole = drive.elements * table.torque(twist[:, None], clearance, around).mean(axis=1)
+    solved = mean_torque(drive, twist, clearance)
+    assert whole == pytest.approx(solved, abs=4e-3 * np.abs(solved).max())
 
 
 @pytest.mark.parametrize("fields", [{}, {"lobes": 28}, {"element": "roller", "element_length": "10 mm"}], ids=str)
