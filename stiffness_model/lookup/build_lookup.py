@@ -73,8 +73,9 @@ def build_drawing_lookup(
 
     The twist axis reaches to twice the drawing's max_twist, the clearance axis to `clearance_reach`. The grid spacing
     follows the scatter of the contact clearances, over which the contacts set in smoothly; the grid is refined while
-    the mean torque misses `ERROR_BOUND`. executor: shares the clearances among workers; the numbers do not depend on it. Raises `InputError` for a drawing with inertia switched on, whose forces depend on the
-    crank's speed, which is no axis of the tables.
+    the mean torque misses `ERROR_BOUND`. executor: shares the clearances among workers; the numbers do not depend on
+    it. Raises `InputError` for a drawing with inertia switched on, whose forces depend on the crank's speed, which is
+    no axis of the tables.
     """
     expect(
         not drive.beyond.has_inertia_forces,
