@@ -27,9 +27,7 @@ from .responses import (
     NODES,
     TERMS,
     ElementResponses,
-    PlaceDeviations,
     hermite,
-    place_deviations,
     term,
 )
 
@@ -62,7 +60,7 @@ class SeatedElements:
     def columns(self, average: Array) -> Array:
         """(m, n) N.m, of one standard deviation of each random effect of elements, lobes and eccentrics, and of the
         drive as a whole; average: (2, n) N.m, of `average_torque`."""
-        responses = self._responses
+        responses, places = self._responses, self.responses.places
         found = [self._shift_by_places(), self._steps(average)]
         if (responses["bore"] ** 2).sum() > MIN_BORE_SHARE * self._linear_variance:
             found.append(self._by_element(responses["bore"]))
@@ -72,7 +70,7 @@ class SeatedElements:
                 found.append(of_element**0.5 * self._by_element(values))
             if self._counts(of_lobe := self._of_lobes(orders), values):
                 # A lobe along the circle twists its element a little less than a bore.
-                less = self._places.lobe / self._places.radius / self.drive.ratio if orders == (0, 1) else 0.0
+                less = places.lobe / places.radius / self.drive.ratio if orders == (0, 1) else 0.0
                 found.append(self._by_lobe(of_lobe**0.5 * values + less * responses["slope"]))
             if (of_cranks := self._of_cranks(orders)) > 0:
                 found.append(self._of_eccentrics(of_cranks**0.5 * values))
@@ -186,14 +184,10 @@ class SeatedElements:
         place = number * n + self.motion.block[self._elements.part]
         return np.asarray(np.bincount(place, values, count * n), float).reshape(count, n)
 
-    @cached_property
-    def _places(self) -> PlaceDeviations:
-        return place_deviations(self.drive)
-
     @property
     def _ahead(self) -> float:
         """rad, by which one standard deviation of places moves an element along the profile."""
-        return (self.drive.ratio - 1) * self._places.along
+        return (self.drive.ratio - 1) * self.responses.places.along
 
     @cached_property
     def _elements(self) -> ElementsOnProfile:

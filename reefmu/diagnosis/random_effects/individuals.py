@@ -30,10 +30,10 @@ def simulate_individuals(
 
     The elements are spread as evenly as their seats allow, from a random position at crank angle 0. Deviations of balls
     and cranks move with the element, those of lobes stay in the gear. The torque is not linearised in the clearance;
-    bores have their mean radius. places: range of the deviation of a drive's places of bores and lobes, over that of
-    their sizes, in which any is as likely, since drawings do not state it. A bore or a lobe beside its place moves and
-    twists its element, as in `stiffness_model.rotation`; a lobe farther out acts as a larger one. spread: shares the
-    drives among processes, with the same result.
+    bores have their mean radius. places: range of the deviation of a drive's places of bores and lobes along their
+    circle, over that of their sizes, in which any is as likely, since drawings do not state it. A bore or a lobe beside
+    its place moves and twists its element, as in `stiffness_model.rotation`; a lobe farther out acts as a larger one.
+    spread: shares the drives among processes, with the same result.
     """
     seeds = np.random.SeedSequence([seed, len(scatter.twist)]).spawn(count)
     size = -(-count // N_JOBS)
@@ -65,7 +65,7 @@ def _torques(what: _SomeDrives) -> Array:
             crank = crank[np.arange(n) % rows]
         of_element = share["element"] * rng.standard_normal(n) + share["crank"] * crank
         of_lobe = share["gear"] * rng.standard_normal(drive.lobes * rows)
-        of_lobe += wide.lobe / r.deviation * rng.standard_normal(drive.lobes * rows)
+        of_lobe += wide.outwards / r.deviation * rng.standard_normal(drive.lobes * rows)
         bore_angle = wide.bore / wide.radius * rng.standard_normal(n)
         lobe_angle = wide.lobe / wide.radius * rng.standard_normal(drive.lobes * rows)
         # As if the output had turned on by a bore's angle, or back by a lobe's.

@@ -41,10 +41,13 @@ MAX_DEVIATION = 4.8
 1.6 in a million deviations exceed it."""
 MAX_CLEARANCES = 61
 """Greatest number of clearances of the tables. Chosen by judgement to bound their size."""
-PLACES = 1.0
-"""Deviation of the places of bores and of lobes over that of their own sizes, which drawings state alone: as wide.
-Among 0.25, 0.5 and 1 it is the likeliest on simulated individuals whose places deviate half as widely; a covariance
-that lacks places takes them for kinematic errors."""
+PLACES = 1.2
+"""Deviation of the places of bores and of lobes along their circle over that of their own sizes, which drawings state
+alone. Chosen by the likelihood of records of individuals, of which `tests/benchmarks/scatter/bench_places.py` shows
+some; a covariance that lacks places takes them for kinematic errors."""
+OUTWARDS = 0.4
+"""Deviation of the places of lobes outwards over that along their circle, less because the tolerance of the profile
+bounds how far out a lobe is. Chosen by the same likelihood."""
 MAX_ORDER = 3
 """Greatest order of the terms in both variables together. Chosen by the likelihood of individuals: the third order
 brings up to 250 in -2 log likelihood, five and seven change it by less than 30."""
@@ -52,6 +55,29 @@ TERMS = tuple((p, n - p) for n in range(1, MAX_ORDER + 1) for p in range(n, -1, 
 """Orders of the terms in the clearance and along the circle."""
 _GAUSS = np.asarray(np.polynomial.hermite_e.hermegauss(MAX_ORDER + 1), float)
 NODES, NODE_WEIGHTS = _GAUSS[0], _GAUSS[1] / _GAUSS[1].sum()
+
+
+@dataclass(frozen=True)
+class PlaceDeviations:
+    """Standard deviations of places: bore, lobe: m, along the circle on which they are; outwards: m, of lobes; radius:
+    m, of the circle."""
+
+    bore: float
+    lobe: float
+    outwards: float
+    radius: float
+
+    @property
+    def along(self) -> float:
+        """rad, of the angle by which bore and lobe are apart."""
+        return math.hypot(self.bore, self.lobe) / self.radius
+
+
+def place_deviations(drive: Drive, places: float = PLACES, outwards: float = OUTWARDS) -> PlaceDeviations:
+    """Deviations of the places of a drive's bores and lobes that are so many times as wide along their circle as those
+    of their sizes, and outwards by another factor as wide as that."""
+    bore, lobe = (places * drive.tolerances[part].sigma for part in ("cage", "gear"))
+    return PlaceDeviations(bore, lobe, outwards * lobe, drive.crank_radius + drive.element_radius)
 
 
 @dataclass(frozen=True)
@@ -63,7 +89,8 @@ class ElementResponses:
     the clearances `solved` (s,); tables: (c, N_TWISTS, N_POSITIONS) N.m by name: `term` of every order, where the
     zeroth is the mean over all deviations; "mean", over those of sizes alone; "bore", what one standard deviation of
     the cage's bore does; and "slope", N.m/rad, derivative of the zeroth by the twist; shares: of element, crank, gear
-    and the place of the lobe in the variance of the clearance, and of the place of the bore in that along the circle.
+    and the place of the lobe in the variance of the clearance, and of the place of the bore in that along the circle;
+    places: deviations of places.
     """
 
     twist: Array
@@ -74,6 +101,7 @@ class ElementResponses:
     single: Array
     tables: dict[str, Array]
     shares: dict[str, float]
+    places: PlaceDeviations
 
     def at_clearances(self, clearance: Array) -> dict[str, Array]:
         """Tables (c, N_TWISTS, N_POSITIONS), N.m, at clearances (c,), m, held at the ends, by name."""
@@ -121,26 +149,6 @@ def term(outwards: int, along: int) -> str:
     return f"{outwards}, {along}"
 
 
-@dataclass(frozen=True)
-class PlaceDeviations:
-    """Standard deviations of places: bore, lobe: m, in any direction; radius: m, of the circle on which they are."""
-
-    bore: float
-    lobe: float
-    radius: float
-
-    @property
-    def along(self) -> float:
-        """rad, of the angle by which bore and lobe are apart."""
-        return math.hypot(self.bore, self.lobe) / self.radius
-
-
-def place_deviations(drive: Drive, places: float = PLACES) -> PlaceDeviations:
-    """Deviations of the places of a drive's bores and lobes that are so many times as wide as those of their sizes."""
-    bore, lobe = (places * drive.tolerances[part].sigma for part in ("cage", "gear"))
-    return PlaceDeviations(bore, lobe, drive.crank_radius + drive.element_radius)
-
-
 def element_responses(drive: Drive) -> ElementResponses:
     """Tables of one element of a drawing over its tolerances; solved in some tenths of a second, then cached."""
     return _solved(DrawingKey(drive))
@@ -148,16 +156,20 @@ def element_responses(drive: Drive) -> ElementResponses:
 
 @functools.lru_cache(maxsize=4)
 def _solved(key: DrawingKey[Drive]) -> ElementResponses:
+    return solved_responses(key.drive, place_deviations(key.drive))
+
+
+def solved_responses(drive: Drive, places: PlaceDeviations) -> ElementResponses:
+    """Tables of one element of a drawing over its tolerances and given deviations of places."""
     # Compliant bodies couple the elements; the response of a single element is that between rigid bodies.
-    rigid = replace(key.drive.beyond, bearing_stiffness=math.inf, housing_stiffness=math.inf)
-    drive = replace(key.drive, beyond=rigid)
+    rigid = replace(drive.beyond, bearing_stiffness=math.inf, housing_stiffness=math.inf)
+    drive = replace(drive, beyond=rigid)
     twist = np.linspace(-TWIST_MARGIN, TWIST_MARGIN, N_TWISTS) * drive.max_twist
     position = np.linspace(-1, 1, N_POSITIONS) * drive.usable_limit
     max_clearance = clearance_reach(drive)
     sigma = {part: abs(c) * drive.tolerances[part].sigma for part, c in CLEARANCE_PER_RADIUS.items()}
     of_sizes = float(np.sqrt(sum(s**2 for s in sigma.values()))) or 1e-3 * max_clearance
-    places = place_deviations(drive)
-    sigma["place"] = places.lobe
+    sigma["place"] = places.outwards
     deviation = float(np.hypot(of_sizes, sigma["place"]))
     step = max(CLEARANCE_STEP * of_sizes, 2 * max_clearance / (MAX_CLEARANCES - 1))
     n_inner = int(np.ceil(max_clearance / step))
@@ -187,7 +199,7 @@ def _solved(key: DrawingKey[Drive]) -> ElementResponses:
     tables["slope"] = np.gradient(tables[term(0, 0)], twist, axis=1)
     shares = {part: (s / deviation) ** 2 for part, s in sigma.items()}
     shares["bore"] = (places.bore / max(places.along * places.radius, 1e-300)) ** 2
-    return ElementResponses(twist, position, clearance, solved, deviation, single, tables, shares)
+    return ElementResponses(twist, position, clearance, solved, deviation, single, tables, shares, places)
 
 
 def _torque(drive: Drive, twist: Array, position: Array, clearance: float, bore: float = 0.0) -> Array:

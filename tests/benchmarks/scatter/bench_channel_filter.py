@@ -20,17 +20,12 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
-from reefmu.diagnosis.estimation.least_squares import Fit  # noqa: E402
-from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
 from reefmu.diagnosis.estimation.search import base_fit  # noqa: E402
-from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE, weighting_of_covariance  # noqa: E402
-from reefmu.diagnosis.preparation import BaseCurveSource, channel_time_constant, prepare_problem  # noqa: E402
-from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
+from reefmu.diagnosis.preparation import channel_time_constant  # noqa: E402
 from reefmu.diagnosis.random_effects.element_motion import element_motion  # noqa: E402
 from reefmu.diagnosis.random_effects.scatter import Scatter  # noqa: E402
 from reefmu.diagnosis.random_effects.tolerance_scatter import in_turn  # noqa: E402
-from tests.benchmarks.probabilities.observed_records import second_record  # noqa: E402
-from tests.benchmarks.probabilities.rival_sets import true_fit  # noqa: E402
+from tests.benchmarks.scatter.true_sets import TrueSet, true_set  # noqa: E402
 
 FAST = 10.0
 """rad/s, median speed of the crank from which a run counts as fast."""
@@ -48,37 +43,27 @@ class Explained:
 
 
 def explained(number: int, seed: int) -> Explained | None:
-    """What the filter explains of one record; None of a mean drive, where something unnamed or an effect is missing
-    that is no candidate, without tolerances, and where elements do not pass at several speeds."""
-    record, drive, truth = second_record(number, seed)
-    if truth["foreign"] or not truth["individual"]:
+    """What the filter explains of one record; None of others than individuals with known effects, and where no filter
+    shows."""
+    found = true_set(number, seed)
+    if found is None:
         return None
-    source = BaseCurveSource(drive)
-    trace = make_trace(record, source.ratio(record))
-    problem = prepare_problem(record, trace, source.base_curve(trace))
-    if set(truth["names"]) - set(problem.candidates) or not isinstance(problem.scatter, Scatter):
-        return None
-    unfiltered = replace(problem.scatter, motion=element_motion(drive, problem.trace, problem.blocks))
+    problem, scatter = found.problem, found.scatter
+    unfiltered = replace(scatter, motion=element_motion(scatter.drive, problem.trace, problem.blocks))
     residual = problem.torque - base_fit(problem).prediction.torque
     time_constant = channel_time_constant(problem, unfiltered, residual, in_turn)
     if time_constant == 0:
         return None
-    fit = true_fit(problem, tuple(truth["names"]), truth["parameters"])
-    (before, left_before), (after, left_after) = (_fitted(problem, s, fit) for s in (unfiltered, problem.scatter))
+    (before, left_before), (after, left_after) = (_fitted(found, s) for s in (unfiltered, scatter))
     return Explained(number, time_constant, after - before, (left_before, left_after))
 
 
-def _fitted(problem: Problem, scatter: Scatter, fit: Fit) -> tuple[float, float]:
+def _fitted(found: TrueSet, scatter: Scatter) -> tuple[float, float]:
     """The cost of a set of effects under a scatter, and the squares of fast runs over those expected."""
-    at = fit.prediction.contacts
-    beside = problem.predictor(fit.names).twist_beside_sensors(fit.parameters)
-    covariance = scatter.covariance_at(at.twist, at.clearance, beside) * at.gain * at.gain[:, None]
-    weights = weighting_of_covariance(problem.variance, covariance).with_unknown_forms(problem.base.full_torque)
-    weights = weights.with_likeliest_scatter(problem.torque - fit.prediction.torque, INDIVIDUAL_SIZE)
-    found = problem.fit_from(fit.names, fit.parameters, weights)
-    squares = weights.whiten(problem.torque - found.prediction.torque) ** 2
+    problem, fit = found.problem, found.fitted(scatter)
+    squares = fit.weighting.whiten(problem.torque - fit.prediction.torque) ** 2
     fast = np.abs(problem.blocks.mean(problem.trace.crank_speed)) > FAST
-    return found.cost, float(squares[fast].sum() / problem.expected_squares(weights)[fast].sum())
+    return fit.cost, float(squares[fast].sum() / problem.expected_squares(fit.weighting)[fast].sum())
 
 
 def main() -> None:

@@ -27,14 +27,10 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 from reefmu.diagnosis.estimation.least_squares import Fit  # noqa: E402
 from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
 from reefmu.diagnosis.estimation.score_test import absorbing_basis, linearise, score_gains  # noqa: E402
-from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE, MIN_EIGENVALUE, Weighting, weighting_of_covariance  # noqa: E402
-from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem  # noqa: E402
-from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
+from reefmu.diagnosis.estimation.weighting import MIN_EIGENVALUE, Weighting  # noqa: E402
 from reefmu.diagnosis.random_effects.curve_columns import COMMON_SHARE, SCALE, curve_columns  # noqa: E402
-from reefmu.diagnosis.random_effects.scatter import Scatter  # noqa: E402
 from stiffness_model.numerics.arrays import Array  # noqa: E402
-from tests.benchmarks.probabilities.observed_records import second_record  # noqa: E402
-from tests.benchmarks.probabilities.rival_sets import true_fit  # noqa: E402
+from tests.benchmarks.scatter.true_sets import TrueSet, true_set  # noqa: E402
 
 CHOICES = (
     (COMMON_SHARE, SCALE, MIN_EIGENVALUE),
@@ -68,18 +64,12 @@ class Likelihood:
 
 
 def likelihood(number: int, seed: int) -> Likelihood | None:
-    """That of one record of the second generator; None of a mean drive, where something unnamed or an effect is missing
-    that is no candidate, and without tolerances of a drawing."""
-    record, drive, truth = second_record(number, seed)
-    if truth["foreign"] or not truth["individual"]:
+    """That of one record; None of others than individuals with known effects."""
+    found = true_set(number, seed)
+    if found is None:
         return None
-    source = BaseCurveSource(drive)
-    trace = make_trace(record, source.ratio(record))
-    problem = prepare_problem(record, trace, source.base_curve(trace))
-    if set(truth["names"]) - set(problem.candidates) or not isinstance(problem.scatter, Scatter):
-        return None
-    fit = true_fit(problem, tuple(truth["names"]), truth["parameters"])
-    weightings = [*_weightings(problem, problem.scatter, fit)]
+    problem, fit = found.problem, found.fit
+    weightings = [*_weightings(found)]
     costs = [problem.fit_from(fit.names, fit.parameters, weights).cost for weights in weightings]
     absent = [name for name in EFFECTS if name in problem.candidates and not _related(name) & set(fit.names)]
     return Likelihood(np.array(costs), {name: _squares(problem, fit, name, weightings) for name in absent})
@@ -89,18 +79,15 @@ def _related(name: str) -> set[str]:
     return CLEARANCES if name in CLEARANCES else {name}
 
 
-def _weightings(problem: Problem, scatter: Scatter, fit: Fit) -> Iterator[Weighting]:
+def _weightings(found: TrueSet) -> Iterator[Weighting]:
     """The weights at the contacts of a fit under all choices, each at the likeliest size."""
-    at = fit.prediction.contacts
-    beside = problem.predictor(fit.names).twist_beside_sensors(fit.parameters)
-    of_parts, torque = scatter.covariance_of_parts(at.twist, at.clearance, beside)
-    curves, residual = curve_columns(torque, of_parts), problem.torque - fit.prediction.torque
+    at = found.fit.prediction.contacts
+    beside = found.problem.predictor(found.fit.names).twist_beside_sensors(found.fit.parameters)
+    of_parts, torque = found.scatter.covariance_of_parts(at.twist, at.clearance, beside)
+    curves = curve_columns(torque, of_parts)
     for share, scale, least in CHOICES:
         common = np.concatenate([share * curves, scale * torque[None]])
-        covariance = (of_parts + common.T @ common) * at.gain * at.gain[:, None]
-        weights = weighting_of_covariance(problem.variance, covariance, least)
-        weights = weights.with_unknown_forms(problem.base.full_torque)
-        yield weights.with_likeliest_scatter(residual, INDIVIDUAL_SIZE)
+        yield found.weights(of_parts + common.T @ common, least)
 
 
 def _squares(problem: Problem, fit: Fit, name: str, weightings: Sequence[Weighting]) -> Array:
