@@ -147,7 +147,8 @@ def _with_scatter(problem: Problem, without_effects: Fit, spread: Spread) -> Pro
     residual = problem.torque - without_effects.prediction.torque
     time_constant = channel_time_constant(problem, scatter, residual, spread)
     if time_constant > 0:
-        scatter = replace(scatter, motion=element_motion(base.drive, trace, blocks, time_constant))
+        motion = element_motion(base.drive, trace, blocks, time_constant)
+        scatter = replace(scatter, motion=motion, time_constant=time_constant)
     return replace(problem, scatter=scatter, weights=make_weights(problem.variance, scatter, base.full_torque, spread))
 
 

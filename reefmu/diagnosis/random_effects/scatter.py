@@ -43,13 +43,15 @@ NEIGHBOURS = 128
 @dataclass(frozen=True)
 class Scatter:
     """The scatter along one record; motion: of the elements where the contacts have the twist (n,), rad, of a first
-    estimate, by block; starts: number of positions of the first element, a multiple of `N_JOBS`."""
+    estimate, by block; starts: number of positions of the first element, a multiple of `N_JOBS`; time_constant: s, of
+    the filter of all channels before which the motion is."""
 
     drive: Drive
     responses: ElementResponses
     motion: ElementMotion
     twist: Array
     starts: int = N_STARTS
+    time_constant: float = 0.0
 
     def covariance_at(
         self, twist: Array, clearance: Array | float = 0.0, beside: Array | None = None, spread: Spread = in_turn

@@ -21,6 +21,7 @@ from ..preprocessing.audit import Audit
 from ..probabilities.assessment import Assessment
 from ..probabilities.decision import Conclusion
 from ..probabilities.named_effects import named_effects
+from ..random_effects.scatter import Scatter
 from ..schema import Diagnosis, Gap, Location
 from .bounds import parameters_at_bounds
 from .location import locate_gap
@@ -38,6 +39,27 @@ MAX_PAIRS = 3
 """Experiments for pairs that a record cannot tell apart, proposed at most, for a reader's sake."""
 
 
+def notes_on_measurement(problem: Problem) -> list[str]:
+    """What the reader should know of how a record was measured: its cycles, and a filter of its channels."""
+    notes: list[str] = []
+    if problem.cycle_scatter is not None:
+        notes.append(
+            "cycles repeat in torque, not in time: at equal twist they differ by "
+            f"{problem.cycle_scatter.rms:.3g} N.m, beside {problem.noise.torque:.3g} N.m of noise from sample to "
+            "sample; both are in the noise that is stated, and intervals count what cycles differ by, not what other "
+            "positions of the gear differ by"
+        )
+    elif not problem.noise.repeated:
+        notes.append("no cycle repeats: the noise is estimated from smoothness alone and may be too small or too large")
+    if isinstance(problem.scatter, Scatter) and (time_constant := problem.scatter.time_constant) > 0:
+        notes.append(
+            "torque and angles look as if all had passed one low-pass filter with a time constant of "
+            f"{1e3 * time_constant:.2g} ms (a bandwidth of {1 / (2 * np.pi * time_constant):.2g} Hz): elements are "
+            "taken to stand where they were before it"
+        )
+    return notes
+
+
 def assemble_diagnosis(
     evidence: Evidence, isolated: Isolability, found: Assessment, written: WrittenFits, gap: Gap, audited: Audit
 ) -> Diagnosis:
@@ -50,16 +72,6 @@ def assemble_diagnosis(
     systematic = max(float(np.mean(before**2) - np.mean(problem.block_variance)), 0.0)
     remainder_where = _locate_remainder(problem, conclusion)
     not_candidates = {**problem.excluded, **isolated.invisible}
-    notes = list(audited.notes)
-    if problem.cycle_scatter is not None:
-        notes.append(
-            "cycles repeat in torque, not in time: at equal twist they differ by "
-            f"{problem.cycle_scatter.rms:.3g} N.m, beside {problem.noise.torque:.3g} N.m of noise from sample to "
-            "sample; both are in the noise that is stated, and intervals count what cycles differ by, not what other "
-            "positions of the gear differ by"
-        )
-    elif not problem.noise.repeated:
-        notes.append("no cycle repeats: the noise is estimated from smoothness alone and may be too small or too large")
     return Diagnosis(
         conclusion.verdict,
         summarise(conclusion, gap, problem.base.full_torque),
@@ -72,7 +84,7 @@ def assemble_diagnosis(
         remainder_where,
         not_candidates,
         tuple((a, b, separating_test(a, b)) for a, b in isolated.indistinguishable),
-        tuple(notes),
+        (*audited.notes, *notes_on_measurement(problem)),
         _base_parameters(problem, written.corrected),
         parameters_at_bounds(problem, chosen),
         compare_amplitudes(problem, chosen),

@@ -17,7 +17,10 @@ from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.diagnosis.random_effects.element_motion import element_motion
 from reefmu.diagnosis.random_effects.scatter import Scatter
+from reefmu.diagnosis.report.assemble import notes_on_measurement
+from reefmu.model.contacts.tables import cached_lookup
 from reefmu.record import Record
+from tests import diagnosis_rig as rig
 from tests.channel_filter import with_filtered_channels
 from tests.individual_records import mean_lookup, record_at_held_torque, record_of_individual, seated_drive
 
@@ -84,3 +87,19 @@ def test_the_filter_of_all_channels_is_found_where_elements_pass_at_several_spee
     found = scatter.motion
     ahead = (found.rotation[found.first] - expected.rotation[expected.first])[turning]
     assert np.abs(ahead).max() < 60 * 5e-5
+    assert scatter.time_constant == pytest.approx(time_constant, abs=5e-5)
+    told = [note for note in notes_on_measurement(problem) if "filter" in note]
+    assert len(told) == (time_constant > 0)
+    assert all(f"time constant of {1e3 * scatter.time_constant:.2g} ms" in note for note in told)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_mean_drive_shows_no_filter(seed: int) -> None:
+    """No single element passes there, and noise makes one time constant likelier than another."""
+    usual = rig.measured({}, noise=0.5, seed=seed)
+    record = replace(usual, time=usual.time / 10)
+    trace = make_trace(record, rig.drive().ratio)
+    scatter = prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive()))).scatter
+    assert isinstance(scatter, Scatter)
+    assert scatter.time_constant == 0
