@@ -23,7 +23,7 @@ from scipy.special import eval_hermitenorm
 from stiffness_model.contact.element_contacts import build_contacts
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.drawing.sampling import Deviations
-from stiffness_model.drawing.twist_limits import CLEARANCE_PER_RADIUS, clearance_reach
+from stiffness_model.drawing.twist_limits import CLEARANCE_PER_RADIUS, clearance_deviation, clearance_reach
 from stiffness_model.equilibrium.closed_form import solve
 from stiffness_model.numerics.arrays import Array
 
@@ -168,7 +168,7 @@ def solved_responses(drive: Drive, places: PlaceDeviations) -> ElementResponses:
     position = np.linspace(-1, 1, N_POSITIONS) * drive.usable_limit
     max_clearance = clearance_reach(drive)
     sigma = {part: abs(c) * drive.tolerances[part].sigma for part, c in CLEARANCE_PER_RADIUS.items()}
-    of_sizes = float(np.sqrt(sum(s**2 for s in sigma.values()))) or 1e-3 * max_clearance
+    of_sizes = clearance_deviation(drive) or 1e-3 * max_clearance
     sigma["place"] = places.outwards
     deviation = float(np.hypot(of_sizes, sigma["place"]))
     step = max(CLEARANCE_STEP * of_sizes, 2 * max_clearance / (MAX_CLEARANCES - 1))
