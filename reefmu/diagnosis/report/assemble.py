@@ -54,7 +54,7 @@ def notes_on_measurement(problem: Problem) -> list[str]:
     if isinstance(problem.scatter, Scatter) and (time_constant := problem.scatter.time_constant) > 0:
         notes.append(
             "torque and angles look as if all had passed one low-pass filter with a time constant of "
-            f"{1e3 * time_constant:.2g} ms (a bandwidth of {1 / (2 * np.pi * time_constant):.2g} Hz): elements are "
+            f"{1e3 * time_constant:.2g} ms (a bandwidth of {1 / (2 * np.pi * time_constant):.3g} Hz): elements are "
             "taken to stand where they were before it"
         )
     return notes
