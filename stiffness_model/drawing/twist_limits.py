@@ -4,7 +4,6 @@ clearance of a drive may differ from the drawn one."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..errors import InputError, expect
 from ..numerics.arrays import Array
 from ..units import ARCMIN
-from .tolerances import Tolerance
+from .drive import Drive
 
 MAX_TWIST_FACTOR = 4.0
 """Greatest twist over the drawing's max_twist; chosen by judgement. A contact's indentation grows with the twist, its
@@ -42,20 +41,7 @@ class TwistedDrive(Protocol):
     def transmission_ratio(self) -> float: ...
 
 
-class TolerancedDrive(Protocol):
-    """What the reach of the clearance needs of a drive with rolling elements; lengths in m, twist in rad."""
-
-    @property
-    def eccentricity(self) -> float: ...
-    @property
-    def ratio(self) -> float: ...
-    @property
-    def max_twist(self) -> float: ...
-    @property
-    def tolerances(self) -> Mapping[str, Tolerance]: ...
-
-
-def clearance_reach(drive: TolerancedDrive) -> float:
+def clearance_reach(drive: Drive) -> float:
     """Greatest difference of a clearance from the drawn one that tables of a drive hold, m: half of the clearance that
     max_twist closes, or five standard deviations of it by the tolerances where they are wider.
 
@@ -66,12 +52,12 @@ def clearance_reach(drive: TolerancedDrive) -> float:
     return max(half_closed_clearance(drive), CLEARANCE_DEVIATIONS * clearance_deviation(drive))
 
 
-def half_closed_clearance(drive: TolerancedDrive) -> float:
+def half_closed_clearance(drive: Drive) -> float:
     """Half of the clearance that max_twist closes, m."""
     return 0.5 * drive.eccentricity * abs(drive.ratio) * drive.max_twist
 
 
-def clearance_deviation(drive: TolerancedDrive) -> float:
+def clearance_deviation(drive: Drive) -> float:
     """Standard deviation of the clearance of an element between gear and crank by the tolerances of the sizes, m."""
     return math.hypot(*(c * drive.tolerances[part].sigma for part, c in CLEARANCE_PER_RADIUS.items()))
 

@@ -19,12 +19,9 @@ import numpy as np
 sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
 from reefmu.diagnosis.calibrated_odds import NAMED  # noqa: E402
-from tests.benchmarks.probabilities.bench_naming_power import SURE, Outcome  # noqa: E402
+from tests.benchmarks.probabilities.bench_naming_power import EDGES, SURE, Outcome  # noqa: E402
 from tests.benchmarks.probabilities.rival_sets import bound  # noqa: E402
 from tests.validation.blind.scoring import wilson  # noqa: E402
-
-EDGES = (0.0, 2.0, 4.0, 8.0, 16.0, 32.0, np.inf)
-"""Edges of the bins of the separation."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +65,8 @@ def draw(bins: Sequence[Bin], path: Path) -> None:
         axes.hlines(values, place - 0.4, place + 0.4, color=colour, lw=width, label=label)
     axes.errorbar(place, share, (share - low, high - share), fmt="o", color="C0", capsize=3, label="named, 95 % bounds")
     axes.set_xticks(place, [f"{b.title}\n{b.count} records" for b in bins])
-    axes.set(ylim=(0, 1.04), xlabel="separation from the nearest other set, standard deviations", ylabel="share named")
+    axes.set(ylim=(-0.03, 1.04), ylabel="share named")
+    axes.set_xlabel("separation from the nearest other set, standard deviations")
     axes.legend(loc="lower right")
     figure.savefig(path, dpi=150)
     plt.close(figure)
@@ -81,11 +79,7 @@ def main() -> None:
     parser.add_argument("-o", "--out", type=Path, required=True, help="picture to write")
     given = parser.parse_args()
     lines = [line for file in given.outcomes for line in file.read_text("utf-8").splitlines()]
-    bins = binned([Outcome(**json.loads(line)) for line in lines])
-    for one in bins:
-        share, low, high = (f"{x:.2f}" for x in one.exact)
-        print(f"{one.title:12} {one.count:4} most {one.most:.2f} {one.sure:.2f} named {share} ({low} to {high})")
-    draw(bins, given.out)
+    draw(binned([Outcome(**json.loads(line)) for line in lines]), given.out)
 
 
 if __name__ == "__main__":

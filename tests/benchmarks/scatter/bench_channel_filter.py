@@ -20,11 +20,8 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
-from reefmu.diagnosis.estimation.search import base_fit  # noqa: E402
-from reefmu.diagnosis.preparation import channel_time_constant  # noqa: E402
 from reefmu.diagnosis.random_effects.element_motion import element_motion  # noqa: E402
 from reefmu.diagnosis.random_effects.scatter import Scatter  # noqa: E402
-from reefmu.diagnosis.random_effects.tolerance_scatter import in_turn  # noqa: E402
 from tests.benchmarks.scatter.true_sets import TrueSet, true_set  # noqa: E402
 
 FAST = 10.0
@@ -49,13 +46,11 @@ def explained(number: int, seed: int) -> Explained | None:
     if found is None:
         return None
     problem, scatter = found.problem, found.scatter
-    unfiltered = replace(scatter, motion=element_motion(scatter.drive, problem.trace, problem.blocks))
-    residual = problem.torque - base_fit(problem).prediction.torque
-    time_constant = channel_time_constant(problem, unfiltered, residual, in_turn)
-    if time_constant == 0:
+    if scatter.time_constant == 0:
         return None
+    unfiltered = replace(scatter, motion=element_motion(scatter.drive, problem.trace, problem.blocks))
     (before, left_before), (after, left_after) = (_fitted(found, s) for s in (unfiltered, scatter))
-    return Explained(number, time_constant, after - before, (left_before, left_after))
+    return Explained(number, scatter.time_constant, after - before, (left_before, left_after))
 
 
 def _fitted(found: TrueSet, scatter: Scatter) -> tuple[float, float]:
