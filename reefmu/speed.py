@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from stiffness_model.numerics.arrays import Array
@@ -30,11 +31,20 @@ def central_speed(angle: Array, time: Array) -> Array:
     >>> central_speed(np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 1.0, 1.000001, 2.0])).round(2)
     array([1.5, 1.5, 1.5, 1.5])
     """
-    if len(time) < 2:
-        return np.zeros(len(time))
-    step = np.diff(time)
-    index = np.concatenate([[0], np.cumsum((step > 0) & (step > 0.5 * median_step(step)))])
+    index = merged_stamps(time)
     count = np.bincount(index)
     if len(count) < 2:
         return np.zeros(len(time))
     return np.gradient(np.bincount(index, angle) / count, np.bincount(index, time) / count)[index]
+
+
+def merged_stamps(time: Array) -> NDArray[np.intp]:
+    """(n,) number of the instant of each time stamp (n,), s: stamps much closer than their neighbours share one.
+
+    >>> merged_stamps(np.array([0.0, 1.0, 1.000001, 2.0])).tolist()
+    [0, 1, 1, 2]
+    """
+    step = np.diff(time)
+    return np.concatenate(
+        [np.zeros(min(len(time), 1), np.intp), np.cumsum((step > 0) & (step > 0.5 * median_step(step)))]
+    )

@@ -13,12 +13,14 @@ from stiffness_model.kinds import AnyDrive
 from stiffness_model.lookup.curve_lookup import CurveLookup
 from stiffness_model.numerics.arrays import Array
 
+from ..effects import DAMPING
 from ..effects.effect_facts import select_candidates
 from ..model.chosen_effects import inherent_effects
 from ..model.contacts.tables import cached_lookup
 from ..record import Record
 from .estimation.least_squares import Fit
 from .estimation.problem import SEARCH_BLOCKS, Problem, make_weights, search_blocks
+from .estimation.score_test import amplitude_beside_alike
 from .estimation.search import base_fit
 from .estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES, Weighting, weighting_of_covariance
 from .forward.base_curve import BaseCurve, curve_base, drawing_base, lookup_base, power_base, table_base
@@ -28,7 +30,7 @@ from .preprocessing.cycle_scatter import estimate_cycle_scatter
 from .preprocessing.cycles import find_cycles
 from .preprocessing.noise import block_variances, estimate_noise
 from .preprocessing.trace import Trace
-from .preprocessing.twist_noise import at_twist_of_neighbours
+from .preprocessing.twist_noise import at_twist_of_neighbours, rate_variance
 from .random_effects.cycloidal_scatter import cycloidal_scatter
 from .random_effects.element_motion import element_motion
 from .random_effects.individuals import N_INDIVIDUALS, simulate_individuals
@@ -87,7 +89,7 @@ def prepare_problem(
     """The problem with all candidates that the record's columns allow, without simulated individuals of a drawing;
     spread: shares the work among processes; blocks: approximate number of them."""
     problem = _without_scatter(record, trace, base, blocks)
-    return _with_scatter(problem, base_fit(problem), spread)
+    return _with_damped_noise(_with_scatter(problem, base_fit(problem), spread), trace)
 
 
 def prepare_same_motion(record: Record, trace: Trace, other: Problem) -> Problem:
@@ -95,7 +97,20 @@ def prepare_same_motion(record: Record, trace: Trace, other: Problem) -> Problem
     only its noise and its torque are its own."""
     problem = _without_scatter(record, trace, other.base)
     weights = other.weights.with_variance(problem.variance)
-    return replace(problem, scatter=other.scatter, individuals=other.individuals, weights=weights)
+    problem = replace(problem, scatter=other.scatter, individuals=other.individuals, weights=weights)
+    return _with_damped_noise(problem, trace)
+
+
+def _with_damped_noise(problem: Problem, trace: Trace) -> Problem:
+    """The problem with the noise that damping, as far as the record shows any beside friction, makes of that of the
+    twist's rate; trace: with the twist as measured."""
+    if DAMPING.name not in problem.candidates:
+        return problem
+    coefficient = amplitude_beside_alike(problem, base_fit(problem), DAMPING.name)
+    added = coefficient**2 * rate_variance(trace, problem.blocks)
+    variance = problem.variance + added
+    weights = problem.weights.with_variance(variance)
+    return replace(problem, variance=variance, block_variance=problem.block_variance + added, weights=weights)
 
 
 def _without_scatter(record: Record, trace: Trace, base: BaseCurve, count: int = SEARCH_BLOCKS) -> Problem:
@@ -155,8 +170,8 @@ def _with_scatter(problem: Problem, without_effects: Fit, spread: Spread) -> Pro
 def channel_time_constant(problem: Problem, scatter: Scatter, residual: Array, spread: Spread) -> float:
     """s, the likeliest time constant of the filter that all channels have passed, beside a residual (n,), N.m.
 
-    Where elements pass at several speeds, it shows in the runs that turn; each may have friction of its own. It is 0
-    where a mean drive is likelier than an individual: no single element shows there.
+    Where elements pass at several speeds, it shows in the runs that turn, each of which may have friction of its own,
+    and all damping. It is 0 where a mean drive is likelier than an individual: no single element shows there.
     """
     drive, trace, blocks = scatter.drive, problem.trace, problem.blocks
     run = trace.run[blocks.first]
@@ -165,13 +180,14 @@ def channel_time_constant(problem: Problem, scatter: Scatter, residual: Array, s
     if not turns.any() or speed.max() * TIME_CONSTANTS[-1] < 2 * np.pi / drive.elements / 10:
         return 0.0
     of_runs = (run[turns, None] == np.unique(run[turns])).astype(float)
+    free = np.concatenate([of_runs, blocks.mean(trace.twist_rate)[turns, None]], axis=1)
 
     def by_size(time_constant: float) -> list[float]:
         motion = element_motion(drive, trace, blocks, time_constant).of_blocks(turns)
         some = replace(scatter, motion=motion, twist=scatter.twist[turns], starts=FEW_STARTS)
         weights = weighting_of_covariance(problem.variance[turns], some.covariance_at(some.twist, spread=spread))
         weights = weights.with_unknown_forms(problem.base.full_torque)
-        return [_cost_beside(weights.with_size(size), residual[turns], of_runs) for size in SCATTER_SIZES]
+        return [_cost_beside(weights.with_size(size), residual[turns], free) for size in SCATTER_SIZES]
 
     def cost(time_constant: float) -> float:
         return min(by_size(time_constant))

@@ -202,3 +202,21 @@ def rank_directions(
     gains = score_gains(directions, weights, basis, residual)
     scored = [(gain, d.name, starting_parameters(d, sizes)) for d, (gain, sizes) in zip(directions, gains, strict=True)]
     return sorted(scored, key=lambda item: (-round(item[0], COST_DIGITS), item[1]))
+
+
+def amplitude_beside_alike(problem: Problem, at: Fit, name: str) -> float:
+    """Amplitude of a candidate with one direction, to first order about a fit and beside all candidates of its
+    confounding groups, which would otherwise look like it."""
+    groups = {*find_effect(name).identification.confounding_groups}
+    alike = [
+        n for n in problem.candidates if n != name and groups & {*find_effect(n).identification.confounding_groups}
+    ]
+    (own,), weights = linearise(problem, name, at), at.weighting
+    beside = [d.columns for other in alike for d in linearise(problem, other, at)]
+    columns = np.concatenate([at.prediction.sensitivities, *beside], axis=1)
+    deviation = np.full(columns.shape[1], np.inf)
+    deviation[: len(at.parameters)] = at.bounds.prior_deviation
+    basis = absorbing_basis(weights, columns, deviation)
+    residual = weights.whiten(problem.torque - at.prediction.torque)
+    ((_, sizes),) = score_gains([own], weights, basis, residual - basis @ (basis.T @ residual))
+    return float(starting_parameters(own, sizes)[own.sizes[0]])

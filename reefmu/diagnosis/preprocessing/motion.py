@@ -1,22 +1,27 @@
-"""True motion behind noisy angles: monotone paths between reversals, and speeds.
+"""True motion behind noisy angles: monotone paths between reversals, speeds, and rates whose errors are known.
 
 Friction depends on the path that is travelled. Where a drive stands still its twist does not move, but the noise of
 the measurement goes back and forth, and integrating it would relax a friction state that in truth stays. Paths are
 therefore monotone (isotonic regression) between reversals, and a reversal is where the angle comes back by more than
-noise could. A speed is the slope over the shortest window in which motion exceeds the noise.
+noise could. A speed is the slope over the shortest window in which motion exceeds the noise: friction must not see the
+noise of a drive that stands still. Damping is in proportion to the rate of the twist, also where that is small: it is
+the slope of a smoothing spline, as smooth as the twist shows, and its errors are noise of the torque.
 """
 
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 from scipy.signal import savgol_filter
 
 from stiffness_model.numerics.arrays import Array
+from stiffness_model.numerics.smoothing_spline import SmoothingSpline, smoothing_spline
 
-from ...speed import central_speed, median_step
+from ...speed import central_speed, median_step, merged_stamps
 
 LEAST_MOVING = 0.25
 """Quantile over the runs of what is taken for the noise of an angle. Chosen by judgement; among 33 simulated records of
@@ -119,6 +124,45 @@ def estimate_speed(angle: Array, time: Array, noise: float) -> Array:
         speed[shown] = slope[shown]
         pending &= ~shown
     return speed
+
+
+def estimate_rate(signal: Array, time: Array, noise: float) -> Array:
+    """Rate of change (n,), per second, of a signal (n,) of one run with noise of a standard deviation in its unit:
+    also where it is small, unlike a speed."""
+    instants = _instants(signal, time, noise)
+    if instants is None:
+        return central_speed(signal, time)  # simulated: as the simulation took it
+    return instants.spline.slopes(instants.values)[instants.number]
+
+
+def rate_errors(signal: Array, time: Array, noise: float, draws: int, rng: np.random.Generator) -> Array:
+    """(draws, n) errors of `estimate_rate`, per second, of signals that move as this one does."""
+    instants = _instants(signal, time, noise)
+    if instants is None:
+        return np.zeros((draws, len(signal)))
+    return instants.spline.slope_errors(draws, rng)[:, instants.number]
+
+
+@dataclass(frozen=True)
+class _Instants:
+    """values: (k,) of a signal at the instants of its time stamps; number: (n,) of the instant of every sample;
+    spline: of the values between reversals."""
+
+    values: Array
+    number: NDArray[np.intp]
+    spline: SmoothingSpline
+
+
+def _instants(signal: Array, time: Array, noise: float) -> _Instants | None:
+    """None of a signal without noise, or without a second instant."""
+    number = merged_stamps(time)
+    count = np.bincount(number)
+    if noise <= NOISE_FREE * float(np.ptp(signal)) or len(count) < 2:
+        return None
+    values = np.bincount(number, signal) / count
+    corners = turning_points(values, REVERSAL_DEVIATIONS * noise)[1:-1]
+    spline = smoothing_spline(np.bincount(number, time) / count, values, noise**2 / count, corners)
+    return _Instants(values, number, spline)
 
 
 def _parabola_slope(angle: Array, time: Array, usual: Array) -> tuple[Array, Array]:

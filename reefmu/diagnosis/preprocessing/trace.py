@@ -7,6 +7,7 @@ moves. The elastic torque depends on the twist as measured.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from stiffness_model.numerics.arrays import Array
 
 from ...record import Record
-from .motion import estimate_speed, monotone_path, signal_noise
+from .motion import estimate_rate, estimate_speed, monotone_path, signal_noise
 
 
 @dataclass(frozen=True)
@@ -90,10 +91,10 @@ def make_trace(record: Record, ratio: float | None) -> Trace:
     start[record.starts] = True
     run_ranges = list(itertools.pairwise([*record.starts.tolist(), len(record)]))
     twist = record.twist(ratio)
-    angles = {"crank": record.crank_angle, "output": record.output_angle, "twist": twist}
-    path = {name: _path(angle, run_ranges) for name, angle in angles.items()}
-    rate = {
-        name: _rate(signal, record.time, run_ranges)
+    angles = {"crank": record.crank_angle, "output": record.output_angle}
+    path = {name: _path(angle, run_ranges) for name, angle in (angles | {"twist": twist}).items()}
+    speed = {
+        name: _by_run(estimate_speed, signal, record.time, run_ranges)
         for name, signal in (angles | {"torque": record.output_torque}).items()
     }
     step = np.maximum(np.diff(record.time, prepend=record.time[0]), 0.0)
@@ -103,15 +104,15 @@ def make_trace(record: Record, ratio: float | None) -> Trace:
         start=start,
         step=step,
         crank=path["crank"],
-        crank_speed=rate["crank"],
+        crank_speed=speed["crank"],
         output=path["output"],
-        output_speed=rate["output"],
+        output_speed=speed["output"],
         temperature=record.temperature,
         twist=twist,
         smooth_twist=path["twist"],
-        twist_rate=rate["twist"],
+        twist_rate=_by_run(estimate_rate, twist, record.time, run_ranges),
         torque=record.output_torque,
-        torque_rate=rate["torque"],
+        torque_rate=speed["torque"],
         ratio=ratio,
     )
 
@@ -121,9 +122,11 @@ def _path(angle: Array, run_ranges: list[tuple[int, int]]) -> Array:
     return np.concatenate([monotone_path(angle[a:b], noise) for a, b in run_ranges])
 
 
-def _rate(signal: Array, time: Array, run_ranges: list[tuple[int, int]]) -> Array:
+def _by_run(
+    rate: Callable[[Array, Array, float], Array], signal: Array, time: Array, run_ranges: list[tuple[int, int]]
+) -> Array:
     noise = signal_noise(signal, run_ranges)
-    return np.concatenate([estimate_speed(signal[a:b], time[a:b], noise) for a, b in run_ranges])
+    return np.concatenate([rate(signal[a:b], time[a:b], noise) for a, b in run_ranges])
 
 
 @dataclass(frozen=True)

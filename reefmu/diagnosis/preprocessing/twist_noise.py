@@ -1,9 +1,10 @@
-"""The noise of the twist, taken off twist and torque alike.
+"""The noise of the twist: taken off twist and torque alike, and what is left of it in the twist's rate.
 
 Torques are compared at a measured twist. The noise of that twist is in the residual, times the stiffness of the base
 curve, and in everything that is computed from the twist: a softer drive, a steeper curve or any two functions of the
 torque whose sum is flat but steep would explain it (regression with errors in variables: Fuller, Measurement Error
-Models, 1987, section 1.1). The twist that the neighbours of a block have does not hold the block's noise.
+Models, 1987, section 1.1). The twist that the neighbours of a block have does not hold the block's noise. A damped
+drive multiplies the noise of the twist's rate by its damping.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from .motion import signal_noise
+from .motion import rate_errors, signal_noise
 from .trace import Blocks, Trace
 
 MOST_DEVIATIONS = 4.0
@@ -23,6 +24,9 @@ noise exceeds them once in 16 000 blocks."""
 
 CUBIC = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6
 """Coefficients of the difference of a value from the cubic through two equidistant neighbours on either side."""
+
+N_DRAWS = 30
+"""Random errors of the twist's rate that give its variance in the blocks, within a quarter of it."""
 
 
 def at_twist_of_neighbours(trace: Trace, blocks: Blocks, slope: Array) -> Trace:
@@ -50,3 +54,10 @@ def _noise(trace: Trace, blocks: Blocks) -> Array:
         found[2:-2][run[:-4] != run[4:]] = 0.0
     deviation = signal_noise(trace.twist, trace.run_ranges) * np.sqrt((CUBIC**2).sum() / blocks.count)
     return np.where(np.abs(found) < MOST_DEVIATIONS * deviation, found, 0.0)
+
+
+def rate_variance(trace: Trace, blocks: Blocks) -> Array:
+    """(n,) (rad/s)^2, variance of the mean rate of the twist in the blocks, by the noise of the measured twist."""
+    noise, rng = signal_noise(trace.twist, trace.run_ranges), np.random.default_rng(np.random.SeedSequence(0))
+    parts = [rate_errors(trace.twist[a:b], trace.time[a:b], noise, N_DRAWS, rng) for a, b in trace.run_ranges]
+    return np.mean([blocks.mean(errors) ** 2 for errors in np.concatenate(parts, axis=1)], axis=0)

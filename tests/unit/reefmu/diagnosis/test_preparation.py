@@ -19,7 +19,9 @@ from reefmu.diagnosis.random_effects.element_motion import element_motion
 from reefmu.diagnosis.random_effects.scatter import Scatter
 from reefmu.diagnosis.report.assemble import notes_on_measurement
 from reefmu.model.contacts.tables import cached_lookup
+from reefmu.model.drive_model import build_model
 from reefmu.record import Record
+from reefmu.simulate import simulate_record
 from tests import diagnosis_rig as rig
 from tests.channel_filter import with_filtered_channels
 from tests.individual_records import mean_lookup, record_at_held_torque, record_of_individual, seated_drive
@@ -103,3 +105,27 @@ def test_a_mean_drive_shows_no_filter(seed: int) -> None:
     scatter = prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive()))).scatter
     assert isinstance(scatter, Scatter)
     assert scatter.time_constant == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("effect", "parameters"),
+    [("damping", {"coefficient": 2000.0}), ("hysteresis", {"torque": 5.0, "presliding": 1e-4})],
+)
+def test_damping_makes_noise_of_the_noise_of_the_rate(effect: str, parameters: dict[str, float]) -> None:
+    """While the crank turns fast, the twist swings with it: what is left beside the damper is as large as expected.
+    Friction, which resembles a damper in slow loops, adds nothing."""
+    usual = rig.protocol()
+    swinging = usual.output_angle + 1e-4 * np.sin(4 * usual.crank_angle)
+    true = replace(usual, time=usual.time / 10, output_angle=swinging)
+    model = build_model(rig.drive(), {effect: parameters}, lookup=cached_lookup(rig.drive()))
+    torque = simulate_record(model, true)["measured.tau"] + rig.noise_of(len(true), 0.3, 0.5, 0)
+    angle = swinging + 5e-6 * np.random.default_rng(0).standard_normal(len(true))
+    record = replace(true, output_angle=angle, output_torque=torque)
+    trace = make_trace(record, rig.drive().ratio)
+    problem = prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))
+    fast = problem.blocks.mean(np.abs(trace.crank_speed)) > 30
+    more = np.median(problem.variance[fast]) / np.median(problem.variance[~fast])
+    assert more > 10 if effect == "damping" else more < 2
+    fit = problem.fit_from((effect,), np.array([*base_fit(problem).parameters, *parameters.values()]))
+    assert fit.chi_square < 1.3 * problem.expected_chi_square(fit.weighting)

@@ -7,7 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reefmu.diagnosis.preprocessing.motion import estimate_speed, monotone_path, signal_noise, turning_points
+from reefmu.diagnosis.preprocessing.motion import (
+    estimate_rate,
+    estimate_speed,
+    monotone_path,
+    rate_errors,
+    signal_noise,
+    turning_points,
+)
 
 TRUE = np.concatenate(
     [
@@ -117,3 +124,34 @@ def test_late_time_stamps_do_not_distort_the_speed(late: int, gap: float, noise:
     assert np.delete(speed, np.arange(46 - late, 54 + 2 * late)) == pytest.approx(2.0, rel=0.05)
     # A time stamp shared by many samples lies in their middle.
     assert np.abs(speed).max() < 2.0 * (late / 2 + 3)
+
+
+def test_a_rate_is_hardly_less_than_it_is_where_a_speed_loses_half() -> None:
+    """A twist that swings by little more than its noise as the crank turns fast."""
+    time, noise = 1e-3 * np.arange(400), 6e-6
+    true, rate = 2e-5 * (1 - np.cos(200 * time)), 2e-5 * 200 * np.sin(200 * time)
+    found: dict[str, list[float]] = {"rate": [], "speed": []}
+    errors: list[float] = []
+    said: list[float] = []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        twist = true + noise * rng.standard_normal(len(true))
+        for name, estimate in (("rate", estimate_rate), ("speed", estimate_speed)):
+            found[name].append(float(estimate(twist, time, noise) @ rate / (rate @ rate)))
+        errors.append(float(np.mean((estimate_rate(twist, time, noise) - rate) ** 2)))
+        said.append(float(np.mean(rate_errors(twist, time, noise, 20, rng) ** 2)))
+    assert np.mean(found["rate"]) > 0.8
+    assert np.mean(found["speed"]) < 0.6
+    assert np.mean(errors) == pytest.approx(np.mean(said), rel=0.35)
+
+
+def test_the_rate_of_a_simulated_angle_has_no_errors() -> None:
+    assert estimate_rate(np.sin(TIME), TIME, 0.0) == pytest.approx(np.cos(TIME), abs=1e-2)
+    assert not rate_errors(np.sin(TIME), TIME, 0.0, 3, np.random.default_rng(0)).any()
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_few_samples_have_a_rate(count: int) -> None:
+    angle, time = 0.1 * np.arange(count), np.arange(count) * 1.0
+    assert estimate_rate(angle, time, 1e-3) == pytest.approx(0.1 if count > 1 else 0.0, abs=1e-9)
+    assert estimate_rate(angle, np.zeros(count), 1e-3) == pytest.approx(0.0)
