@@ -45,6 +45,6 @@ def merged_stamps(time: Array) -> NDArray[np.intp]:
     [0, 1, 1, 2]
     """
     step = np.diff(time)
-    return np.concatenate(
-        [np.zeros(min(len(time), 1), np.intp), np.cumsum((step > 0) & (step > 0.5 * median_step(step)))]
-    )
+    index = np.zeros(len(time), np.intp)
+    index[1:] = np.cumsum((step > 0) & (step > 0.5 * median_step(step)))
+    return index
