@@ -11,9 +11,11 @@ the slope of a smoothing spline, as smooth as the twist shows, and its errors ar
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 from scipy.signal import savgol_filter
@@ -39,6 +41,10 @@ NOISE_FREE = 1e-6
 encoder over a usual range."""
 SIGNIFICANT_SLOPE = 8.0
 """Slope over its standard deviation from which motion exceeds the noise. Chosen by judgement, like a reversal."""
+
+STEPS_COMPARED, OTHER_STEP = 8, 2.0
+"""Steps before and after an instant whose medians tell whether the sampling changes there, and the ratio from which it
+does; chosen by judgement: clocks jitter by less, and rigs change the rate of sampling by more."""
 
 
 def signal_noise(signal: Array, runs: list[tuple[int, int]]) -> float:
@@ -129,40 +135,62 @@ def estimate_speed(angle: Array, time: Array, noise: float) -> Array:
 def estimate_rate(signal: Array, time: Array, noise: float) -> Array:
     """Rate of change (n,), per second, of a signal (n,) of one run with noise of a standard deviation in its unit:
     also where it is small, unlike a speed."""
-    instants = _instants(signal, time, noise)
-    if instants is None:
+    instants = _instants(signal, time)
+    if noise <= NOISE_FREE * float(np.ptp(signal)) or len(instants.time) < 2:
         return central_speed(signal, time)  # simulated: as the simulation took it
-    return instants.spline.slopes(instants.values)[instants.number]
+    parts = [spline.slopes(instants.values[part]) for part, spline in _splines(instants, noise)]
+    return np.concatenate(parts)[instants.number]
 
 
 def rate_errors(signal: Array, time: Array, noise: float, draws: int, rng: np.random.Generator) -> Array:
     """(draws, n) errors of `estimate_rate`, per second, of signals that move as this one does."""
-    instants = _instants(signal, time, noise)
-    if instants is None:
+    instants = _instants(signal, time)
+    if noise <= NOISE_FREE * float(np.ptp(signal)) or len(instants.time) < 2:
         return np.zeros((draws, len(signal)))
-    return instants.spline.slope_errors(draws, rng)[:, instants.number]
+    parts = [spline.slope_errors(draws, rng) for _, spline in _splines(instants, noise)]
+    return np.concatenate(parts, axis=1)[:, instants.number]
 
 
 @dataclass(frozen=True)
 class _Instants:
-    """values: (k,) of a signal at the instants of its time stamps; number: (n,) of the instant of every sample;
-    spline: of the values between reversals."""
+    """time, values: (k,) of a signal at the instants of its time stamps; count: (k,) samples of each; number: (n,) of
+    the instant of every sample."""
 
+    time: Array
     values: Array
+    count: Array
     number: NDArray[np.intp]
-    spline: SmoothingSpline
 
 
-def _instants(signal: Array, time: Array, noise: float) -> _Instants | None:
-    """None of a signal without noise, or without a second instant."""
+def _instants(signal: Array, time: Array) -> _Instants:
     number = merged_stamps(time)
-    count = np.bincount(number)
-    if noise <= NOISE_FREE * float(np.ptp(signal)) or len(count) < 2:
-        return None
-    values = np.bincount(number, signal) / count
-    corners = turning_points(values, REVERSAL_DEVIATIONS * noise)[1:-1]
-    spline = smoothing_spline(np.bincount(number, time) / count, values, noise**2 / count, corners)
-    return _Instants(values, number, spline)
+    count = np.bincount(number).astype(float)
+    return _Instants(np.bincount(number, time) / count, np.bincount(number, signal) / count, count, number)
+
+
+def _splines(instants: _Instants, noise: float) -> Iterator[tuple[slice, SmoothingSpline]]:
+    """Splines between reversals, of instants that are sampled alike: motions are sampled as densely as they are fast,
+    and are as smooth as each other where they are as fast."""
+    edges = [0, *_changes_of_step(instants.time), len(instants.time)]
+    for part in itertools.starmap(slice, itertools.pairwise(edges)):
+        values = instants.values[part]
+        corners = turning_points(values, REVERSAL_DEVIATIONS * noise)[1:-1]
+        yield part, smoothing_spline(instants.time[part], values, noise**2 / instants.count[part], corners)
+
+
+def _changes_of_step(time: Array) -> list[int]:
+    """Numbers of the instants (k,), s, from which on the time step is another one for some steps at least."""
+    log = np.log(np.diff(time))
+    padded = np.pad(log, STEPS_COMPARED, mode="edge")
+    medians = np.median(sliding_window_view(padded, STEPS_COMPARED), axis=1)
+    before, after = medians[: len(log)], medians[STEPS_COMPARED + 1 :][: len(log)]
+    own = np.abs(np.diff(log, prepend=log[0]))
+    limit = np.log(OTHER_STEP)
+    found: list[int] = []
+    for change in np.flatnonzero((own > limit) & (np.abs(after - before) > limit)).tolist():
+        if min(change - (found[-1] if found else 0), len(time) - change) >= STEPS_COMPARED:
+            found.append(change)
+    return found
 
 
 def _parabola_slope(angle: Array, time: Array, usual: Array) -> tuple[Array, Array]:

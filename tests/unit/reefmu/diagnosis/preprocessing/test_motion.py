@@ -155,3 +155,20 @@ def test_few_samples_have_a_rate(count: int) -> None:
     angle, time = 0.1 * np.arange(count), np.arange(count) * 1.0
     assert estimate_rate(angle, time, 1e-3) == pytest.approx(0.1 if count > 1 else 0.0, abs=1e-9)
     assert estimate_rate(angle, np.zeros(count), 1e-3) == pytest.approx(0.0)
+
+
+def test_loops_at_three_rates_are_as_smooth_as_each_other_in_their_own_time() -> None:
+    """In one run, ten and a hundred times as fast as the first, with a clock that jitters: errors grow as the rates."""
+    rng, noise, steps = np.random.default_rng(0), 2e-6, np.repeat([0.5, 0.05, 0.005], 120)
+    time, sample = (steps * (1 + 0.03 * rng.standard_normal(360))).cumsum(), np.arange(360) % 120
+    # The sides of the loops bend, as where a torque rises evenly.
+    side, turn = np.arcsin(np.sin(2 * np.pi * sample / 60)), 2 * np.pi / 60 / steps
+    twist = 1e-3 * side**3 + noise * rng.standard_normal(360)
+    rate = 3e-3 * side**2 * np.sign(np.cos(2 * np.pi * sample / 60)) * turn
+    said = rate_errors(twist, time, noise, 50, rng).std(axis=0)
+    error = np.abs(estimate_rate(twist, time, noise) - rate)
+    inside = (sample % 15 > 2) & (sample % 15 < 13)
+    slow, middle, fast = (said[k : k + 120][inside[k : k + 120]].mean() for k in (0, 120, 240))
+    assert middle / slow == pytest.approx(10, rel=0.4)
+    assert fast / middle == pytest.approx(10, rel=0.4)
+    assert np.median((error / said)[inside]) < 0.8
