@@ -6,8 +6,18 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis.estimation.problem import Problem
-from reefmu.diagnosis.estimation.score_test import absorbing_basis, linearise, score_gains
+from reefmu.diagnosis.estimation.score_test import (
+    absorbing_basis,
+    amplitude_beside_alike,
+    linearise,
+    rank_directions,
+    score_gains,
+)
 from reefmu.diagnosis.estimation.search import base_fit
+from reefmu.diagnosis.forward.base_curve import power_base
+from reefmu.diagnosis.preparation import prepare_problem
+from reefmu.diagnosis.preprocessing.trace import make_trace
+from tests import diagnosis_rig as rig
 from tests.individual_records import problem_of_individual
 
 
@@ -46,3 +56,17 @@ def test_variants_that_are_predicted_together_have_the_columns_of_each(individua
             vector = np.concatenate([fit.parameters, one.start])
             columns = alone(vector).sensitivities[:, len(fit.parameters) + np.array(one.sizes)]
             np.testing.assert_allclose(one.columns[:, : len(one.sizes)], columns, atol=1e-9 * np.abs(columns).max())
+
+
+@pytest.mark.parametrize(
+    ("effects", "damping"), [(("hysteresis",), 0.0), (("damping",), 500.0), (("damping", "hysteresis"), 500.0)]
+)
+def test_friction_is_not_taken_for_damping_that_it_looks_like(effects: tuple[str, ...], damping: float) -> None:
+    sizes = {"damping": {"coefficient": 500.0}, "hysteresis": {"torque": 5.0, "presliding": 1e-4}}
+    record = rig.measured({name: sizes[name] for name in effects}, noise=0.3)
+    trace = make_trace(record, rig.drive().ratio)
+    problem = prepare_problem(record, trace, power_base(trace))
+    base = base_fit(problem)
+    ((_, _, (alone,)),) = rank_directions(problem, base, linearise(problem, "damping", base), base.weighting.size)
+    assert (alone > 700) == ("hysteresis" in effects)
+    assert amplitude_beside_alike(problem, base, "damping") == pytest.approx(damping, rel=0.1, abs=1.0)
