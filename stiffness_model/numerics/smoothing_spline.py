@@ -20,21 +20,25 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from .arrays import Array
 
-ROUGHEST = 4.0
-"""Decimal logarithm of the greatest intensity that is tried, over that at which noise and bending over one step are as
-large: the spline then goes through the values."""
+SMOOTHEST, ROUGHEST = -12.0, 4.0
+"""Decimal logarithms of the least and the greatest intensity that are tried, over that at which noise and bending over
+one step are as large: a spline that averages about a thousand values, of equations that rounding leaves positive
+definite whatever the number of values, and one that goes through the values."""
 EXPONENT_STEP = 0.5
 """Step of that logarithm, over which the width of what is averaged changes by a third."""
+
+LEAST_STEP = 1e-3
+"""Least step over the median one; shorter ones, between which rounding leaves no slope, count as long as this."""
 
 
 @dataclass(frozen=True)
 class SmoothingSpline:
     """Splines of n values in pieces, each with its own straight lines beyond its ends and all with one intensity.
 
-    time: (n,), increasing; variance: (n,), of the noise; at: (p,), numbers of the values in the pieces, where the last
-    value of a piece is the first of the next one; step: (p,), to the next value in the piece, 1 at its end; is_end:
-    (p,); inner: (m,), places in `at` that are neither first nor last of a piece; intensity: q; factor: (3, m), band of
-    the Cholesky factor of the equations.
+    time: (n,), increasing from 0; variance: (n,), of the noise; at: (p,), numbers of the values in the pieces, where
+    the last value of a piece is the first of the next one; step: (p,), to the next value in the piece, 1 at its end;
+    is_end: (p,); inner: (m,), places in `at` that are neither first nor last of a piece; intensity: q; factor: (3, m),
+    band of the Cholesky factor of the equations.
     """
 
     time: Array
@@ -60,10 +64,9 @@ class SmoothingSpline:
         end, before = np.flatnonzero(self.is_end), np.flatnonzero(self.is_end) - 1
         last = self.step[before, None]
         slope[end] = (fitted[end] - fitted[before]) / last + last / 6 * (bend[before] + 2 * bend[end])
-        total = np.zeros_like(columns)
-        np.add.at(total, self.at, slope)
-        mean = total / np.bincount(self.at, minlength=len(values))[:, None]
-        return mean.reshape(values.shape)
+        first = np.flatnonzero(np.diff(self.at, prepend=-1))
+        count = np.diff(first, append=len(self.at))
+        return (np.add.reduceat(slope, first) / count[:, None]).reshape(values.shape)
 
     def slope_errors(self, draws: int, rng: np.random.Generator) -> Array:
         """(draws, n) errors of the slopes of random functions as rough as the values: by noise and by smoothing."""
@@ -101,6 +104,8 @@ def smoothing_spline(time: Array, values: Array, variance: Array, corners: Seque
     >>> bool(np.allclose(line.slopes(3.0 * time), 3.0))
     True
     """
+    steps = np.diff(time)
+    time = np.cumsum(np.append(0.0, np.maximum(steps, LEAST_STEP * np.median(steps))))
     at, is_end = _pieces(len(time), corners)
     step = np.where(is_end, 1.0, np.diff(time[at], append=0.0))
     is_inner = ~is_end
@@ -111,7 +116,7 @@ def smoothing_spline(time: Array, values: Array, variance: Array, corners: Seque
     differences = a * values[at][inner - 1] + b * values[at][inner] + c * values[at][inner + 1]
     unit = float(np.median(variance)) / float(np.median(np.diff(time))) ** 3
     best, likeliest = np.inf, (0.0, np.zeros((3, 0)))
-    for exponent in np.arange(-4 * np.ceil(np.log10(len(time))), ROUGHEST + EXPONENT_STEP, EXPONENT_STEP):
+    for exponent in np.arange(SMOOTHEST, ROUGHEST + EXPONENT_STEP, EXPONENT_STEP):
         intensity = unit * 10.0**exponent
         factor = np.asarray(cholesky_banded(noise + intensity * bending, lower=True), float)
         fitted = cho_solve_banded((factor, True), differences)

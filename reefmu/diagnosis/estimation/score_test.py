@@ -207,10 +207,8 @@ def rank_directions(
 def amplitude_beside_alike(problem: Problem, at: Fit, name: str) -> float:
     """Amplitude of a candidate with one direction, to first order about a fit and beside all candidates of its
     confounding groups, which would otherwise look like it."""
-    groups = {*find_effect(name).identification.confounding_groups}
-    alike = [
-        n for n in problem.candidates if n != name and groups & {*find_effect(n).identification.confounding_groups}
-    ]
+    groups = {other: {*find_effect(other).identification.confounding_groups} for other in problem.candidates}
+    alike = [other for other in problem.candidates if other != name and groups[other] & groups[name]]
     (own,), weights = linearise(problem, name, at), at.weighting
     beside = [d.columns for other in alike for d in linearise(problem, other, at)]
     columns = np.concatenate([at.prediction.sensitivities, *beside], axis=1)

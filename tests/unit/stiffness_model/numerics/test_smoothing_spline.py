@@ -58,3 +58,12 @@ def test_few_values_have_the_slope_between_them(count: int) -> None:
     spline = smoothing_spline(time, 2 * time, np.full(count, 1e-12))
     assert spline.slopes(2 * time) == pytest.approx(2.0)
     assert np.isfinite(spline.slope_errors(3, np.random.default_rng(0))).all()
+
+
+def test_a_long_record_has_slopes() -> None:
+    """Of 120 000 values on a straight line, which are as smooth as any: the equations stay positive definite."""
+    time = 1e-3 * np.arange(120_000)
+    values = 2.0 * time + 1e-3 * np.random.default_rng(4).standard_normal(len(time))
+    spline = smoothing_spline(time, values, np.full(len(time), 1e-6))
+    assert spline.slopes(values) == pytest.approx(2.0, abs=0.02)
+    assert spline.slope_errors(2, np.random.default_rng(5)).std() < 0.01

@@ -172,3 +172,17 @@ def test_loops_at_three_rates_are_as_smooth_as_each_other_in_their_own_time() ->
     assert middle / slow == pytest.approx(10, rel=0.4)
     assert fast / middle == pytest.approx(10, rel=0.4)
     assert np.median((error / said)[inside]) < 0.8
+
+
+@given(
+    st.lists(st.sampled_from([0.0, 1e-9, 1e-6, 1e-3, 2e-3, 1.0, 1e3]), min_size=1, max_size=60),
+    st.sampled_from([1e-9, 1e-3, 1.0]),
+    st.integers(0, 99),
+)
+def test_rates_are_finite_whatever_the_clock(steps: list[float], noise: float, seed: int) -> None:
+    rng, time = np.random.default_rng(seed), np.cumsum(steps)
+    angle = np.cumsum(rng.standard_normal(len(time))) * 10 ** rng.uniform(-6, 2) + noise * rng.standard_normal(
+        len(time)
+    )
+    assert np.isfinite(estimate_rate(angle, time, noise)).all()
+    assert np.isfinite(rate_errors(angle, time, noise, 2, rng)).all()
