@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
@@ -31,20 +33,30 @@ def central_speed(angle: Array, time: Array) -> Array:
     >>> central_speed(np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 1.0, 1.000001, 2.0])).round(2)
     array([1.5, 1.5, 1.5, 1.5])
     """
-    index = merged_stamps(time)
-    count = np.bincount(index)
-    if len(count) < 2:
+    at = merged_stamps(angle, time)
+    if len(at.time) < 2:
         return np.zeros(len(time))
-    return np.gradient(np.bincount(index, angle) / count, np.bincount(index, time) / count)[index]
+    return np.gradient(at.values, at.time)[at.number]
 
 
-def merged_stamps(time: Array) -> NDArray[np.intp]:
-    """(n,) number of the instant of each time stamp (n,), s: stamps much closer than their neighbours share one.
+class Instants(NamedTuple):
+    """A signal at the k instants of n time stamps. time: (k,) s; values: (k,), means of the signal; stamps: (k,), number
+    of stamps of each; number: (n,), of the instant of every stamp."""
 
-    >>> merged_stamps(np.array([0.0, 1.0, 1.000001, 2.0])).tolist()
-    [0, 1, 1, 2]
+    time: Array
+    values: Array
+    stamps: Array
+    number: NDArray[np.intp]
+
+
+def merged_stamps(signal: Array, time: Array) -> Instants:
+    """A signal (n,) at the instants of its time stamps (n,), s: stamps much closer than their neighbours share one.
+
+    >>> merged_stamps(np.array([0.0, 1.0, 3.0, 4.0]), np.array([0.0, 1.0, 1.000001, 2.0])).values.tolist()
+    [0.0, 2.0, 4.0]
     """
     step = np.diff(time)
-    index = np.zeros(len(time), np.intp)
-    index[1:] = np.cumsum((step > 0) & (step > 0.5 * median_step(step)))
-    return index
+    number = np.zeros(len(time), np.intp)
+    number[1:] = np.cumsum((step > 0) & (step > 0.5 * median_step(step)))
+    count = np.bincount(number).astype(float)
+    return Instants(np.bincount(number, time) / count, np.bincount(number, signal) / count, count, number)

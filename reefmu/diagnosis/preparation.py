@@ -104,9 +104,10 @@ def prepare_same_motion(record: Record, trace: Trace, other: Problem) -> Problem
 def _with_damped_noise(problem: Problem, trace: Trace) -> Problem:
     """The problem with the noise that damping, as far as the record shows any beside friction, makes of that of the
     twist's rate; trace: with the twist as measured."""
-    shown = DAMPING.name in problem.candidates
-    coefficient = amplitude_beside_alike(problem, base_fit(problem), DAMPING.name) if shown else 0.0
-    if coefficient == 0.0:
+    if DAMPING.name not in problem.candidates:
+        return problem
+    coefficient = amplitude_beside_alike(problem, base_fit(problem), DAMPING.name)
+    if coefficient == 0:
         return problem
     added = coefficient**2 * rate_variance(trace, problem.blocks)
     variance = problem.variance + added

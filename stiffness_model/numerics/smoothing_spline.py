@@ -145,10 +145,10 @@ def _bands(step: Array, inner: NDArray[np.intp], variance: Array) -> tuple[Array
     one, two = (np.zeros(len(inner), bool) for _ in range(2))
     one[:-1], two[:-2] = np.diff(inner) == 1, inner[2:] - inner[:-2] == 2
     noise, bending = np.zeros((3, len(inner))), np.zeros((3, len(inner)))
-    v = variance
-    noise[0] = a**2 * v[inner - 1] + b**2 * v[inner] + c**2 * v[inner + 1]
-    noise[1, :-1] = np.where(one[:-1], b[:-1] * a[1:] * v[inner][:-1] + c[:-1] * b[1:] * v[inner][1:], 0.0)
-    noise[2, :-2] = np.where(two[:-2], c[:-2] * a[2:] * v[inner][1:-1], 0.0)
+    before, at, after = variance[inner - 1], variance[inner], variance[inner + 1]
+    noise[0] = a**2 * before + b**2 * at + c**2 * after
+    noise[1, :-1] = np.where(one[:-1], b[:-1] * a[1:] * at[:-1] + c[:-1] * b[1:] * at[1:], 0.0)
+    noise[2, :-2] = np.where(two[:-2], c[:-2] * a[2:] * at[1:-1], 0.0)
     bending[0] = (step[inner - 1] + step[inner]) / 3
     bending[1, :-1] = np.where(one[:-1], step[inner][:-1] / 6, 0.0)
     return noise, bending

@@ -12,18 +12,16 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 from scipy.signal import savgol_filter
 
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.smoothing_spline import SmoothingSpline, smoothing_spline
 
-from ...speed import central_speed, median_step, merged_stamps
+from ...speed import Instants, central_speed, median_step, merged_stamps
 
 LEAST_MOVING = 0.25
 """Quantile over the runs of what is taken for the noise of an angle. Chosen by judgement; among 33 simulated records of
@@ -41,7 +39,6 @@ NOISE_FREE = 1e-6
 encoder over a usual range."""
 SIGNIFICANT_SLOPE = 8.0
 """Slope over its standard deviation from which motion exceeds the noise. Chosen by judgement, like a reversal."""
-
 STEPS_COMPARED, OTHER_STEP = 8, 2.0
 """Steps before and after an instant whose medians tell whether the sampling changes there, and the ratio from which it
 does; chosen by judgement: clocks jitter by less, and rigs change the rate of sampling by more."""
@@ -135,47 +132,33 @@ def estimate_speed(angle: Array, time: Array, noise: float) -> Array:
 def estimate_rate(signal: Array, time: Array, noise: float) -> Array:
     """Rate of change (n,), per second, of a signal (n,) of one run with noise of a standard deviation in its unit:
     also where it is small, unlike a speed."""
-    instants = _instants(signal, time)
-    if noise <= NOISE_FREE * float(np.ptp(signal)) or len(instants.time) < 2:
+    at = merged_stamps(signal, time)
+    if _is_exact(at, noise):
         return central_speed(signal, time)  # simulated: as the simulation took it
-    parts = [spline.slopes(instants.values[part]) for part, spline in _splines(instants, noise)]
-    return np.concatenate(parts)[instants.number]
+    return np.concatenate([spline.slopes(at.values[part]) for part, spline in _splines(at, noise)])[at.number]
 
 
 def rate_errors(signal: Array, time: Array, noise: float, draws: int, rng: np.random.Generator) -> Array:
     """(draws, n) errors of `estimate_rate`, per second, of signals that move as this one does."""
-    instants = _instants(signal, time)
-    if noise <= NOISE_FREE * float(np.ptp(signal)) or len(instants.time) < 2:
+    at = merged_stamps(signal, time)
+    if _is_exact(at, noise):
         return np.zeros((draws, len(signal)))
-    parts = [spline.slope_errors(draws, rng) for _, spline in _splines(instants, noise)]
-    return np.concatenate(parts, axis=1)[:, instants.number]
+    parts = [spline.slope_errors(draws, rng) for _, spline in _splines(at, noise)]
+    return np.concatenate(parts, axis=1)[:, at.number]
 
 
-@dataclass(frozen=True)
-class _Instants:
-    """time, values: (k,) of a signal at the instants of its time stamps; count: (k,) samples of each; number: (n,) of
-    the instant of every sample."""
-
-    time: Array
-    values: Array
-    count: Array
-    number: NDArray[np.intp]
+def _is_exact(at: Instants, noise: float) -> bool:
+    """Whether a signal has no noise, or no second instant."""
+    return len(at.time) < 2 or noise <= NOISE_FREE * float(np.ptp(at.values))
 
 
-def _instants(signal: Array, time: Array) -> _Instants:
-    number = merged_stamps(time)
-    count = np.bincount(number).astype(float)
-    return _Instants(np.bincount(number, time) / count, np.bincount(number, signal) / count, count, number)
-
-
-def _splines(instants: _Instants, noise: float) -> Iterator[tuple[slice, SmoothingSpline]]:
+def _splines(at: Instants, noise: float) -> Iterator[tuple[slice, SmoothingSpline]]:
     """Splines between reversals, of instants that are sampled alike: motions are sampled as densely as they are fast,
     and are as smooth as each other where they are as fast."""
-    edges = [0, *_changes_of_step(instants.time), len(instants.time)]
+    edges = [0, *_changes_of_step(at.time), len(at.time)]
     for part in itertools.starmap(slice, itertools.pairwise(edges)):
-        values = instants.values[part]
-        corners = turning_points(values, REVERSAL_DEVIATIONS * noise)[1:-1]
-        yield part, smoothing_spline(instants.time[part], values, noise**2 / instants.count[part], corners)
+        corners = turning_points(at.values[part], REVERSAL_DEVIATIONS * noise)[1:-1]
+        yield part, smoothing_spline(at.time[part], at.values[part], noise**2 / at.stamps[part], corners)
 
 
 def _changes_of_step(time: Array) -> list[int]:
@@ -183,7 +166,7 @@ def _changes_of_step(time: Array) -> list[int]:
     log = np.log(np.diff(time))
     padded = np.pad(log, STEPS_COMPARED, mode="edge")
     medians = np.median(sliding_window_view(padded, STEPS_COMPARED), axis=1)
-    before, after = medians[: len(log)], medians[STEPS_COMPARED + 1 :][: len(log)]
+    before, after = medians[: len(log)], medians[STEPS_COMPARED:][: len(log)]
     own = np.abs(np.diff(log, prepend=log[0]))
     limit = np.log(OTHER_STEP)
     found: list[int] = []

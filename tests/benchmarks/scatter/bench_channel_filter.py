@@ -9,11 +9,8 @@ expected, without and with the filter.
 
 from __future__ import annotations
 
-import argparse
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,10 +19,8 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
 from reefmu.diagnosis.random_effects.element_motion import element_motion  # noqa: E402
 from reefmu.diagnosis.random_effects.scatter import Scatter  # noqa: E402
-from tests.benchmarks.scatter.true_sets import TrueSet, true_set  # noqa: E402
-
-FAST = 10.0
-"""rad/s, median speed of the crank from which a run counts as fast."""
+from tests.benchmarks.scatter.catalogue_records import measured  # noqa: E402
+from tests.benchmarks.scatter.true_sets import TrueSet, left_in_fast_runs, true_set  # noqa: E402
 
 
 @dataclass(frozen=True)
@@ -55,26 +50,17 @@ def explained(number: int, seed: int) -> Explained | None:
 
 def _fitted(found: TrueSet, scatter: Scatter) -> tuple[float, float]:
     """The cost of a set of effects under a scatter, and the squares of fast runs over those expected."""
-    problem, fit = found.problem, found.fitted(scatter)
-    squares = fit.weighting.whiten(problem.torque - fit.prediction.torque) ** 2
-    fast = np.abs(problem.blocks.mean(problem.trace.crank_speed)) > FAST
-    return fit.cost, float(squares[fast].sum() / problem.expected_squares(fit.weighting)[fast].sum())
+    fit = found.fitted(scatter)
+    return fit.cost, left_in_fast_runs(found.problem, fit)
 
 
 def main() -> None:
     """Print a line for each record, and the means."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
-    parser.add_argument("--second", type=int, default=90, help="records of the second generator")
-    parser.add_argument("--seed", type=int, default=19, help="of their catalogue")
-    parser.add_argument("--workers", type=int, default=2, help="processes")
-    given = parser.parse_args()
     found: list[Explained] = []
-    with ProcessPoolExecutor(given.workers) as pool:
-        for record in pool.map(partial(explained, seed=given.seed), range(given.second)):
-            if record is not None:
-                found.append(record)
-                left = ", ".join(f"{x:.2f}" for x in record.left)
-                print(f"{record.number}: {1e3 * record.time_constant:.2f} ms, cost {record.cost:.0f}, fast {left}")
+    for record in measured(explained, __doc__, 19):
+        found.append(record)
+        left = ", ".join(f"{x:.2f}" for x in record.left)
+        print(f"{record.number}: {1e3 * record.time_constant:.2f} ms, cost {record.cost:.0f}, fast {left}")
     costs, left = np.array([r.cost for r in found]), np.mean([r.left for r in found], axis=0)
     print(f"{len(found)} records: cost {costs.mean():.0f} in the mean, worst {costs.max():.0f}, fast {left.round(2)}")
 

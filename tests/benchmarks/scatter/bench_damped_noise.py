@@ -8,25 +8,21 @@ that are left in fast runs over those expected, without and with it, and the est
 
 from __future__ import annotations
 
-import argparse
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
-from reefmu.diagnosis.estimation.least_squares import Fit  # noqa: E402
-from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
 from reefmu.diagnosis.preparation import BaseCurveSource, guess_stiffness, prepare_problem  # noqa: E402
 from reefmu.diagnosis.preprocessing.noise import block_variances  # noqa: E402
 from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
 from tests.benchmarks.probabilities.observed_records import second_record  # noqa: E402
 from tests.benchmarks.probabilities.rival_sets import true_fit  # noqa: E402
-from tests.benchmarks.scatter.bench_channel_filter import FAST  # noqa: E402
+from tests.benchmarks.scatter.catalogue_records import measured  # noqa: E402
+from tests.benchmarks.scatter.true_sets import left_in_fast_runs  # noqa: E402
 
 
 @dataclass(frozen=True)
@@ -61,31 +57,17 @@ def explained(number: int, seed: int) -> Explained | None:
     cost = after.cost - before.cost + float(np.log(problem.variance / variance).sum())
     at = problem.layout(names).effects["damping"].start
     true = truth["parameters"]["damping"]["coefficient"]
-    left = _left(plain, before), _left(problem, after)
+    left = left_in_fast_runs(plain, before), left_in_fast_runs(problem, after)
     return Explained(number, cost, left, (before.parameters[at] / true, after.parameters[at] / true))
-
-
-def _left(problem: Problem, fit: Fit) -> float:
-    """Squares of fast runs over those expected."""
-    squares = fit.weighting.whiten(problem.torque - fit.prediction.torque) ** 2
-    fast = np.abs(problem.blocks.mean(problem.trace.crank_speed)) > FAST
-    return float(squares[fast].sum() / max(problem.expected_squares(fit.weighting)[fast].sum(), 1e-300))
 
 
 def main() -> None:
     """Print a line for each record, and the mean."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
-    parser.add_argument("--second", type=int, default=90, help="records of the second generator")
-    parser.add_argument("--seed", type=int, default=22, help="of their catalogue")
-    parser.add_argument("--workers", type=int, default=2, help="processes")
-    given = parser.parse_args()
     found: list[Explained] = []
-    with ProcessPoolExecutor(given.workers) as pool:
-        for record in pool.map(partial(explained, seed=given.seed), range(given.second)):
-            if record is not None:
-                found.append(record)
-                left, ratios = (", ".join(f"{x:.3g}" for x in pair) for pair in (record.left, record.damping))
-                print(f"{record.number}: cost {record.cost:.0f}, fast {left}, damping {ratios}", flush=True)
+    for record in measured(explained, __doc__, 22):
+        found.append(record)
+        left, ratios = (", ".join(f"{x:.3g}" for x in pair) for pair in (record.left, record.damping))
+        print(f"{record.number}: cost {record.cost:.0f}, fast {left}, damping {ratios}", flush=True)
     print(f"{len(found)} records: cost {np.mean([r.cost for r in found]):.0f} in the mean")
 
 

@@ -9,11 +9,8 @@ standard error, 1 under an exact covariance.
 
 from __future__ import annotations
 
-import argparse
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +22,7 @@ from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
 from reefmu.diagnosis.estimation.score_test import absorbing_basis, linearise, score_gains  # noqa: E402
 from reefmu.diagnosis.random_effects.responses import OUTWARDS, PLACES, place_deviations, solved_responses  # noqa: E402
 from stiffness_model.numerics.arrays import Array  # noqa: E402
+from tests.benchmarks.scatter.catalogue_records import measured  # noqa: E402
 from tests.benchmarks.scatter.true_sets import true_set  # noqa: E402
 
 CHOICES = (
@@ -73,17 +71,10 @@ def _squares(problem: Problem, fit: Fit) -> float:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
-    parser.add_argument("--second", type=int, default=90, help="records of the second generator")
-    parser.add_argument("--seed", type=int, default=21, help="of their catalogue")
-    parser.add_argument("--workers", type=int, default=2, help="processes")
-    given = parser.parse_args()
     found: list[Likelihood] = []
-    with ProcessPoolExecutor(given.workers) as pool:
-        for record in pool.map(partial(likelihood, seed=given.seed), range(given.second)):
-            if record is not None:
-                found.append(record)
-                print(record.number, (record.costs - record.costs[0]).round(1), record.squares.round(2), flush=True)
+    for record in measured(likelihood, __doc__, 21):
+        found.append(record)
+        print(record.number, (record.costs - record.costs[0]).round(1), record.squares.round(2), flush=True)
     costs = np.mean([r.costs - r.costs[0] for r in found], axis=0)
     squares = np.nanmean([r.squares for r in found], axis=0)
     print(f"{len(found)} records; places, outwards, cost, squares of a kinematic error")

@@ -9,13 +9,10 @@ the share of full torque that widens the components (`weighting.UNKNOWN_FORMS`),
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +23,7 @@ from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
 from reefmu.diagnosis.estimation.weighting import Weighting  # noqa: E402
 from stiffness_model.numerics.arrays import Array  # noqa: E402
 from tests.benchmarks.probabilities.observed_records import analysed_second  # noqa: E402
+from tests.benchmarks.scatter.catalogue_records import measured  # noqa: E402
 
 SHARES = (0.0, 0.0003, 0.0006, 0.001, 0.002, 0.003, 0.005)
 """Of full torque, that are tried."""
@@ -96,14 +94,7 @@ def table(title: str, records: Sequence[Left]) -> str:
 
 def main() -> None:
     """Print what is left, of all records and of those with nearly white noise."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
-    parser.add_argument("--second", type=int, default=90, help="records of the second generator")
-    parser.add_argument("--seed", type=int, default=3, help="of their catalogue")
-    parser.add_argument("--workers", type=int, default=2, help="processes")
-    given = parser.parse_args()
-    with ProcessPoolExecutor(given.workers) as pool:
-        found = pool.map(partial(left_of_second, seed=given.seed), range(given.second))
-        records = [record for record in found if record is not None]
+    records = [*measured(left_of_second, __doc__, 3)]
     print(table("all", records))
     print(table("nearly white noise", [r for r in records if r.alone > WHITE]))
 

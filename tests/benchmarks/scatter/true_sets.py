@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.weighting import INDIVIDUAL_SIZE, MIN_EIGENVALUE, Weighting, weighting_of_covariance
@@ -14,6 +16,9 @@ from reefmu.diagnosis.random_effects.scatter import Scatter
 from stiffness_model.numerics.arrays import Array
 from tests.benchmarks.probabilities.observed_records import second_record
 from tests.benchmarks.probabilities.rival_sets import true_fit
+
+FAST = 10.0
+"""rad/s, speed of the crank from which a run counts as fast."""
 
 
 @dataclass(frozen=True)
@@ -52,3 +57,11 @@ def true_set(number: int, seed: int) -> TrueSet | None:
     if set(truth["names"]) - set(problem.candidates) or not isinstance(problem.scatter, Scatter):
         return None
     return TrueSet(problem, problem.scatter, true_fit(problem, tuple(truth["names"]), truth["parameters"]))
+
+
+def left_in_fast_runs(problem: Problem, fit: Fit) -> float:
+    """Squares that a fit leaves of fast runs over those expected; 0 without fast runs."""
+    squares = fit.weighting.whiten(problem.torque - fit.prediction.torque) ** 2
+    fast = np.abs(problem.blocks.mean(problem.trace.crank_speed)) > FAST
+    expected = float(problem.expected_squares(fit.weighting)[fast].sum())
+    return float(squares[fast].sum()) / expected if fast.any() else 0.0
