@@ -40,8 +40,11 @@ def central_speed(angle: Array, time: Array) -> Array:
 
 
 class Instants(NamedTuple):
-    """A signal at the k instants of n time stamps. time: (k,) s; values: (k,), means of the signal; stamps: (k,), number
-    of stamps of each; number: (n,), of the instant of every stamp."""
+    """A signal at the k instants of n time stamps.
+
+    time: (k,) s; values: (k,), means of the signal; stamps: (k,), how many each has; number: (n,), of the instant of
+    every stamp.
+    """
 
     time: Array
     values: Array

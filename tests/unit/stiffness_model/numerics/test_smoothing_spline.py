@@ -62,8 +62,15 @@ def test_few_values_have_the_slope_between_them(count: int) -> None:
 
 def test_a_long_record_has_slopes() -> None:
     """Of 120 000 values on a straight line, which are as smooth as any: the equations stay positive definite."""
-    time = 1e-3 * np.arange(120_000)
-    values = 2.0 * time + 1e-3 * np.random.default_rng(4).standard_normal(len(time))
-    spline = smoothing_spline(time, values, np.full(len(time), 1e-6))
+    time = np.arange(120_000.0)
+    values = 2.0 * time + np.random.default_rng(4).standard_normal(len(time))
+    spline = smoothing_spline(time, values, np.ones(len(time)))
     assert spline.slopes(values) == pytest.approx(2.0, abs=0.02)
     assert spline.slope_errors(2, np.random.default_rng(5)).std() < 0.01
+
+
+@pytest.mark.parametrize("short", [1e-6, 1e-8, 1e-12])
+def test_a_step_far_shorter_than_the_others_leaves_their_slopes(short: float) -> None:
+    time = np.concatenate([np.arange(20.0), 19.0 + short + np.arange(20.0)])
+    values = 2.0 * time + 0.01 * np.random.default_rng(6).standard_normal(40)
+    assert smoothing_spline(time, values, np.full(40, 1e-4)).slopes(values) == pytest.approx(2.0, abs=0.01)
