@@ -155,12 +155,13 @@ class Problem:
         if self.scatter is None or found.weighting.size < INDIVIDUAL_SIZE:
             return self.weights
         at = found.prediction.contacts
-        near = (known for known in self._known_weights if self.is_scatter_alike(at, known[0]))
+        near = ((c, w) for c, w in self._known_weights if self._are_alike(at, c) and are_gains_alike(at.gain, c.gain))
         return next((weights.with_gain(at.gain / known.gain) for known, weights in near), None)
 
-    def is_scatter_alike(self, some: Contacts, others: Contacts) -> bool:
-        """Whether contacts scatter as others do."""
-        return self._are_alike(some, others) and are_gains_alike(some.gain, others.gain)
+    def are_new(self, contacts: Contacts, others: Sequence[Contacts]) -> bool:
+        """Whether contacts scatter like no known ones and no others, even with another gain."""
+        known = (of_known for of_known, _ in self._known_weights)
+        return not any(self._are_alike(contacts, other) for other in (*known, *others))
 
     def _are_alike(self, some: Contacts, others: Contacts) -> bool:
         """Whether contacts scatter alike but for their gain."""

@@ -14,8 +14,8 @@ from ...effects import find_effect
 from .least_squares import Fit, by_cost
 from .problem import Problem
 from .score_test import Direction, linearise, rank_directions
-from .weighting import SCATTER_SIZES, without_blocks
-from .worker_pool import Start, WorkerPool, fit_starts
+from .weighting import SCATTER_SIZES, Weighting, without_blocks
+from .worker_pool import Start, WorkerPool, fit_starts, fit_under
 
 BEAM_WIDTH = 4
 """Sets of each size that are extended by another effect, half as many from pairs on. Chosen by judgement to bound the
@@ -203,19 +203,27 @@ def refine(pool: WorkerPool, fits: Sequence[Fit]) -> list[Fit]:
     """Sets fitted to all samples and to the full tolerance, with the scatter at the twist that their contacts have."""
     problem, new = pool.problem, list[Fit]()
     for fit in fits:
-        alike = (problem.is_scatter_alike(fit.prediction.contacts, other.prediction.contacts) for other in new)
-        if problem.weights_at(fit) is None and not any(alike):
+        others = [other.prediction.contacts for other in new]
+        if problem.weights_at(fit) is None and problem.are_new(fit.prediction.contacts, others):
             new.append(fit)
     for fit, weights in zip(new, pool.weights_of_contacts(new), strict=True):
         problem.remember(fit, weights)
-    return [_refine(problem, fit) for fit in fits]
+    for fit in fits:
+        if problem.weights_at(fit) is None:
+            # Alike contacts of another gain: a decomposition, which is not worth sending.
+            problem.remember(fit, problem.weights_of_contacts(fit))
+    better = fit_under(pool, fits, [_known(problem, fit) for fit in fits])
+    moved = [new.prediction.contacts.gain / old.prediction.contacts.gain for new, old in zip(better, fits, strict=True)]
+    again = [k for k, fit in enumerate(better) if fit.weighting.is_individual and (moved[k] != 1).any()]
+    weights = [better[k].weighting.with_gain(moved[k]) for k in again]
+    for k, fit in zip(again, fit_under(pool, [better[k] for k in again], weights), strict=True):
+        better[k] = fit
+    if problem.for_ranking is not problem:
+        return better
+    return [min(pair, key=lambda fit: fit.cost) for pair in zip(fits, better, strict=True)]
 
 
-def _refine(problem: Problem, fit: Fit) -> Fit:
+def _known(problem: Problem, fit: Fit) -> Weighting:
     weights = problem.weights_at(fit)
     assert weights is not None, "the scatter at the contacts of every set was computed before"
-    better = problem.fit_from(fit.names, fit.parameters, weights)
-    moved = better.prediction.contacts.gain / fit.prediction.contacts.gain
-    if better.weighting.is_individual and (moved != 1).any():
-        better = problem.fit_from(fit.names, better.parameters, better.weighting.with_gain(moved))
-    return better if problem.for_ranking is not problem or better.cost < fit.cost else fit
+    return weights

@@ -11,6 +11,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import TypeVar
 
@@ -63,10 +64,12 @@ class WorkerPool:
         return self.executor.map(_work, [function] * len(jobs), [self.file] * len(jobs), jobs)
 
     def weights_of_contacts(self, fits: Sequence[Fit]) -> Iterator[Weighting]:
-        """`Problem.weights_of_contacts` of each fit: those of several fits side by side, those of one by parts."""
-        if len(fits) == 1:
-            return iter([self.problem.weights_of_contacts(fits[0], spread_over(self.executor))])
-        return self.map(Problem.weights_of_contacts, [self.problem.without_weights(fit) for fit in fits])
+        """`Problem.weights_of_contacts` of each fit: those of two fits side by side, that of a last one by parts."""
+        pairs = len(fits) - len(fits) % 2
+        sent = [self.problem.without_weights(fit) for fit in fits[:pairs]]
+        spread = spread_over(self.executor)
+        by_parts = (self.problem.weights_of_contacts(fit, spread) for fit in fits[pairs:])
+        return chain(self.map(Problem.weights_of_contacts, sent), by_parts)
 
 
 @dataclass(frozen=True)
@@ -114,6 +117,23 @@ def _fit_starts(problem: Problem, starts: Sequence[Start]) -> list[Fit]:
         fit = ranking.fit_from(start.names, at, weights.with_size(problem.weights.size), RANKING)
         found.append(replace(fit, weighting=without_blocks(fit.weighting)))
     return found
+
+
+def fit_under(pool: WorkerPool, fits: Sequence[Fit], weights: Sequence[Weighting]) -> list[Fit]:
+    """Every fit continued to the full tolerance under given weights, of the size of the scatter that is then
+    likeliest."""
+    problem = pool.problem
+    sent = [without_blocks(own) if problem.has(own) else own for own in weights]
+    jobs = [(fit.names, fit.parameters, own) for fit, own in zip(fits, sent, strict=True)]
+    better = zip(pool.map(_fit_under, jobs), weights, strict=True)
+    return [replace(fit, weighting=own.with_size(fit.weighting.size)) for fit, own in better]
+
+
+def _fit_under(problem: Problem, job: tuple[tuple[str, ...], Array, Weighting]) -> Fit:
+    names, start, weights = job
+    weights = problem.weights.with_size(weights.size) if has_no_blocks(weights) else weights
+    found = problem.fit_from(names, start, weights)
+    return replace(found, weighting=without_blocks(found.weighting))
 
 
 def spread_over(executor: Executor | None) -> Spread:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.estimation.least_squares import Fit
+from reefmu.diagnosis.estimation.least_squares import Fit, FitOptions
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit, refine
-from reefmu.diagnosis.estimation.worker_pool import WorkerPool
+from reefmu.diagnosis.estimation.worker_pool import WorkerPool, open_pool
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from reefmu.record import Record
@@ -66,3 +68,28 @@ def test_a_fit_sent_to_another_process_keeps_its_gain(problem: Problem, first: F
     moved = replace(first, weighting=problem.weights.with_gain(gain))
     back = problem.with_weights(problem.without_weights(moved))
     np.testing.assert_array_equal(back.weighting.scale, moved.weighting.scale)
+
+
+def test_contacts_that_differ_by_the_gain_share_one_covariance(problem: Problem, first: Fit) -> None:
+    """Also where processes refine them, which do not know what others have computed."""
+    assert problem.scatter is not None
+    names, opened = (LOAD, "backlash"), 5 * problem.scatter.clearance_deviation
+    starts = [np.append(first.parameters, opened), np.append(first.parameters, opened)]
+    starts[1][problem.layout(names).effects[LOAD].start] *= 2
+    fits = [problem.fit_from(names, at, first.weighting, FitOptions(steps=0)) for at in starts]
+
+    computed: list[Array] = []
+
+    class Counted(type(problem.scatter)):  # type: ignore[misc]
+        def covariance_at(self, twist: Array, *args: Any, **kwargs: Any) -> Array:
+            computed.append(twist)
+            return super().covariance_at(twist, *args, **kwargs)
+
+    values = {f.name: getattr(problem.scatter, f.name) for f in fields(problem.scatter)}  # type: ignore[arg-type]
+    counted = replace(problem, scatter=Counted(**values), weights_cache=[])
+    here = refine(WorkerPool(counted), fits)
+    assert len(computed) == 1
+    fresh = replace(problem, weights_cache=[])
+    with ProcessPoolExecutor(2) as executor, open_pool(fresh, executor) as pool:
+        there = refine(pool, fits)
+    assert [fit.cost for fit in here] == [fit.cost for fit in there]
