@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
 from ..estimation.problem import Problem
 from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES, Weighting, weighting_of_covariance
+from ..preprocessing.trace import Blocks, Trace
 from ..random_effects.element_motion import element_motion
-from ..random_effects.scatter import Scatter
-from ..random_effects.tolerance_scatter import Spread
+from ..random_effects.scatter import N_JOBS, Scatter
+from ..random_effects.tolerance_scatter import Spread, in_turn
 
 TIME_CONSTANTS = tuple(1e-4 * k for k in range(11))
 """s, that are tried for the filter of all channels: bandwidths from 160 Hz on. Where elements pass faster, a fast run
@@ -39,26 +41,56 @@ def channel_time_constant(problem: Problem, scatter: Scatter, residual: Array, s
         return 0.0
     of_runs = (run[turns, None] == np.unique(run[turns])).astype(float)
     free = np.concatenate([of_runs, blocks.mean(trace.twist_rate)[turns, None]], axis=1)
-
-    def by_size(time_constant: float) -> list[float]:
-        motion = element_motion(drive, trace, blocks, time_constant).of_blocks(turns)
-        some = replace(scatter, motion=motion, twist=scatter.twist[turns], starts=FEW_STARTS)
-        weights = weighting_of_covariance(problem.variance[turns], some.covariance_at(some.twist, spread=spread))
-        weights = weights.with_unknown_forms(problem.base.full_torque)
-        return [_cost_beside(weights.with_size(size), residual[turns], free) for size in SCATTER_SIZES]
-
-    def cost(time_constant: float) -> float:
-        return min(by_size(time_constant))
-
-    unfiltered = by_size(0.0)
+    few = replace(scatter, starts=FEW_STARTS)
+    turning = _Turning(
+        few, trace, blocks, turns, problem.variance[turns], residual[turns], free, problem.base.full_torque
+    )
+    unfiltered = turning.costs(0.0, spread)
     if SCATTER_SIZES[int(np.argmin(unfiltered))] < INDIVIDUAL_SIZE:
         return 0.0
-    coarse = {0.0: min(unfiltered)} | {tried: cost(tried) for tried in TIME_CONSTANTS[1:]}
-    likeliest = min(coarse, key=lambda tried: coarse[tried])
+
+    def least_costs(tried: Sequence[float]) -> dict[float, float]:
+        shares = [tried[k::N_JOBS] for k in range(N_JOBS)]
+        found = spread(_least_costs, [(turning, share) for share in shares])
+        return {
+            t: cost for share, costs in zip(shares, found, strict=True) for t, cost in zip(share, costs, strict=True)
+        }
+
+    coarse = {0.0: min(unfiltered)} | least_costs(TIME_CONSTANTS[1:])
+    likeliest = min(sorted(coarse), key=lambda tried: coarse[tried])
     if likeliest in (TIME_CONSTANTS[0], TIME_CONSTANTS[-1]):
         return likeliest
     half = (TIME_CONSTANTS[1] - TIME_CONSTANTS[0]) / 2
-    return _vertex(likeliest, half, [cost(likeliest - half), coarse[likeliest], cost(likeliest + half)])
+    before, after = least_costs([likeliest - half, likeliest + half]).values()
+    return _vertex(likeliest, half, [before, coarse[likeliest], after])
+
+
+@dataclass(frozen=True)
+class _Turning:
+    """The n blocks `turns` of a record in which the crank turns; scatter: of all blocks, for a few starts; variance,
+    residual: (n,), of the torque; free: (n, k) columns beside which the residual is explained; full_torque: N.m."""
+
+    scatter: Scatter
+    trace: Trace
+    blocks: Blocks
+    turns: NDArray[np.bool_]
+    variance: Array
+    residual: Array
+    free: Array
+    full_torque: float
+
+    def costs(self, time_constant: float, spread: Spread = in_turn) -> list[float]:
+        """-2 log likelihood behind a filter, s, for each size of the scatter."""
+        motion = element_motion(self.scatter.drive, self.trace, self.blocks, time_constant).of_blocks(self.turns)
+        some = replace(self.scatter, motion=motion, twist=self.scatter.twist[self.turns])
+        weights = weighting_of_covariance(self.variance, some.covariance_at(some.twist, spread=spread))
+        weights = weights.with_unknown_forms(self.full_torque)
+        return [_cost_beside(weights.with_size(size), self.residual, self.free) for size in SCATTER_SIZES]
+
+
+def _least_costs(job: tuple[_Turning, Sequence[float]]) -> list[float]:
+    turning, time_constants = job
+    return [min(turning.costs(time_constant)) for time_constant in time_constants]
 
 
 def _vertex(middle: float, step: float, costs: Sequence[float]) -> float:
