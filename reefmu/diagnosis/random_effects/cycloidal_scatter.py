@@ -18,10 +18,10 @@ from stiffness_model.cycloidal.cycloidal_drive import CycloidalDrive
 from stiffness_model.cycloidal.cycloidal_population import simulate_cycloidal
 from stiffness_model.cycloidal.gear_turn import draw_gear
 from stiffness_model.drawing.twist_limits import twist_limit
+from stiffness_model.io.drawing_key import DrawingKey
 from stiffness_model.numerics.arrays import Array
 
 from ..preprocessing.trace import Blocks, Trace
-from .drawing_key import DrawingKey
 from .tolerance_scatter import Spread, in_turn
 
 N_COMPONENT_DRIVES, N_INDIVIDUALS = 96, 48

@@ -25,9 +25,8 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.drawing.twist_limits import CLEARANCE_PER_RADIUS, clearance_deviation, clearance_reach
 from stiffness_model.equilibrium.closed_form import solve
+from stiffness_model.io.drawing_key import DrawingKey
 from stiffness_model.numerics.arrays import Array
-
-from .drawing_key import DrawingKey
 
 N_TWISTS, N_POSITIONS = 49, 49
 """Nodes of the tables along twist and position. Chosen by judgement for a table of some tenths of a second."""

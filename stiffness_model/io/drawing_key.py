@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Generic, TypeVar
 
-from stiffness_model.io.drawing_toml import drive_to_dict
-from stiffness_model.kinds import AnyDrive
+from ..kinds import AnyDrive
+from .drawing_toml import drive_to_dict
 
 DriveType = TypeVar("DriveType", bound=AnyDrive)
 
