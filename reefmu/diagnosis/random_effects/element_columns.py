@@ -31,11 +31,6 @@ from .responses import (
     term,
 )
 
-STEPS = 4
-"""Starts in the range of each over which the steps are averaged by which elements enter and leave the profile: in a
-slow loop they are many blocks apart. Chosen by the likelihood of records of individuals: with one instead -2 log
-likelihood is 1010 more in a single loop and from 2 less to 29 more in four other records, with 8 and 16 it changes by
-less than 35."""
 MIN_BORE_SHARE = 0.002
 """Least variance from the bores, over the variance from the clearances, for the bores to have columns. Chosen by
 judgement."""
@@ -48,20 +43,19 @@ the term to have columns. Chosen by the likelihood of individuals, which 1e-5 ch
 @dataclass(frozen=True)
 class SeatedElements:
     """The elements of a drive along a record; parts: their responses in every part of the motion; start: rad, position
-    of the first element at crank angle 0; width: rad, of the range of starts that this one stands for."""
+    of the first element at crank angle 0."""
 
     drive: Drive
     responses: ElementResponses
     motion: ElementMotion
     parts: PartResponses
     start: float
-    width: float = 0.0
 
-    def columns(self, average: Array) -> Array:
+    def columns(self) -> Array:
         """(m, n) N.m, of one standard deviation of each random effect of elements, lobes and eccentrics, and of the
-        drive as a whole; average: (2, n) N.m, of `average_torque`."""
+        drive as a whole."""
         responses, places = self._responses, self.responses.places
-        found = [self._shift_by_places(), self._steps(average)]
+        found = [self._shift_by_places()]
         if (responses["bore"] ** 2).sum() > MIN_BORE_SHARE * self._linear_variance:
             found.append(self._by_element(responses["bore"]))
         for orders in TERMS:
@@ -154,20 +148,6 @@ class SeatedElements:
         twist, the position and the clearance. How large they are is not known, so that it is a random effect."""
         return self._by_block(self._responses[term(0, 0)] - self._responses["mean"])[None]
 
-    def _steps(self, average: Array) -> Array:
-        """(2 STEPS, n) N.m, by which the torque of elements without deviations differs from its average, and that by
-        which its product with their position over the usable limit does, for some starts in the range of this one: at
-        both edges of the profile elements enter and leave in steps, of which neither the place, by the first element's
-        position, nor the height is known exactly."""
-        on, drive, motion, mean = self._elements, self.drive, self.motion, self.parts.only("mean")
-        found: list[Array] = []
-        for shift in self.width * ((np.arange(STEPS) + 0.5) / STEPS - 0.5):
-            position = on.position + shift
-            torque = mean.at(on.part, position)["mean"] * inside_profile(drive, motion, on.part, position)
-            found.append(self._by_block(torque) - average[0])
-            found.append(self._by_block(torque * (position / drive.usable_limit)) - average[1])
-        return np.stack(found) / np.sqrt(STEPS)
-
     def _by_element(self, values: Array) -> Array:
         return self._sums(self._elements.element, self.drive.elements, values)
 
@@ -191,9 +171,8 @@ class SeatedElements:
 
     @cached_property
     def _elements(self) -> ElementsOnProfile:
-        """The elements that are on the profile for a start of the range, or with a place beside their own."""
-        margin = max(NODES.max() * abs(self._ahead), self.width / 2)
-        return elements_on_profile(self.drive, self.motion, self.start, margin)
+        """The elements that are on the profile, or would be with a place beside their own."""
+        return elements_on_profile(self.drive, self.motion, self.start, NODES.max() * abs(self._ahead))
 
 
 def _replaced(values: Array, some: NDArray[np.intp], others: Array | None) -> Array:

@@ -45,11 +45,6 @@ class PartResponses:
         matrix = csr_array((share.ravel(), node.ravel(), ends), shape=(len(part), len(table)))
         return dict(zip(self.names, np.ascontiguousarray((matrix @ table).T), strict=True))
 
-    def only(self, name: str) -> PartResponses:
-        """Those of one table."""
-        k = self.names.index(name)
-        return PartResponses((name,), self.position, np.ascontiguousarray(self.values[:, :, k : k + 1]))
-
 
 def part_responses(responses: ElementResponses, motion: ElementMotion, twist: Array, clearance: Array) -> PartResponses:
     """The responses where the contacts have the twist (n,), rad, by block, and each of the p parts of the motion has a

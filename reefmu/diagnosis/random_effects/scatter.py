@@ -25,6 +25,7 @@ from .curve_columns import common_deviations
 from .element_columns import SeatedElements, average_torque
 from .element_motion import ElementMotion, spread_starts
 from .part_responses import part_responses
+from .profile_steps import profile_steps
 from .responses import ElementResponses
 from .tolerance_scatter import Spread, in_turn
 
@@ -71,8 +72,10 @@ class Scatter:
         clearance = np.broadcast_to(np.asarray(clearance, float), twist.shape)[self.motion.block]
         average = average_torque(self.drive, self.responses, self.motion, twist, clearance)
         starts = np.arange(self.starts).reshape(N_JOBS, -1)
-        parts = spread(_products, [_SomeStarts(self, clearance, average, some) for some in starts])
+        parts = spread(_products, [_SomeStarts(self, clearance, some) for some in starts])
         found = functools.reduce(operator.iadd, parts)
+        seen = part_responses(self.responses, self.motion, twist, clearance)
+        add_products(found, profile_steps(self.drive, seen, self.motion, average), 1.0)
         mirror_lower_triangle(found)
         return found, average[0]
 
@@ -100,12 +103,10 @@ class Scatter:
 
 @dataclass(frozen=True)
 class _SomeStarts:
-    """scatter: at the twist of the contacts; clearance: (p,) m, of the parts of the motion; average: (2, n) N.m, of
-    `average_torque`; numbers: of the starts."""
+    """scatter: at the twist of the contacts; clearance: (p,) m, of the parts of the motion; numbers: of the starts."""
 
     scatter: Scatter
     clearance: Array
-    average: Array
     numbers: NDArray[np.intp]
 
 
@@ -115,11 +116,9 @@ def _products(what: _SomeStarts) -> Array:
     found, starts = np.zeros((count, count), order="F"), spread_starts(of.drive, of_starts)
     parts = part_responses(of.responses, of.motion, of.twist, what.clearance)
     pairs_every = min(PAIRS_EVERY, of_starts)
-    # Every start stands for those that are nearer to it than to others.
-    width = 2 * np.pi / of.drive.elements / of_starts
     for number in what.numbers:
-        elements = SeatedElements(of.drive, of.responses, of.motion, parts, starts[number], width)
-        add_products(found, elements.columns(what.average), 1 / of_starts)
+        elements = SeatedElements(of.drive, of.responses, of.motion, parts, starts[number])
+        add_products(found, elements.columns(), 1 / of_starts)
         if number % pairs_every == 0:
             add_products_of_sparse(found, elements.of_pairs(), pairs_every / of_starts)
     return found

@@ -48,7 +48,6 @@ def test_responses_of_parts_are_the_tables_at_their_twist_and_clearance() -> Non
     assert list(found) == list(r.tables)
     for name, values in zip(r.tables, expected, strict=True):
         np.testing.assert_allclose(found[name], values, atol=1e-9 * np.abs(values).max())
-    np.testing.assert_array_equal(seen.only("mean").at(part, position)["mean"], found["mean"])
 
 
 @pytest.mark.parametrize("samples", [1, 20])

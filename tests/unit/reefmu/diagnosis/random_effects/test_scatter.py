@@ -21,6 +21,7 @@ from reefmu.diagnosis.random_effects.element_columns import SeatedElements, aver
 from reefmu.diagnosis.random_effects.element_motion import element_motion, spread_starts
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.part_responses import part_responses
+from reefmu.diagnosis.random_effects.profile_steps import profile_steps
 from reefmu.diagnosis.random_effects.responses import PLACES, element_responses, place_deviations, term
 from reefmu.diagnosis.random_effects.scatter import N_STARTS, PAIRS_EVERY, Scatter
 from reefmu.diagnosis.random_effects.tolerance_scatter import Job, Result
@@ -72,14 +73,15 @@ def test_the_covariance_is_the_mean_product_of_the_columns_of_all_starts(scatter
     parts = scatter.drive, scatter.responses, scatter.motion, scatter.twist, np.zeros(len(scatter.motion.block))
     average = average_torque(*parts)
     drive, responses, motion, *at = parts
-    seen, width = part_responses(responses, motion, *at), 2 * np.pi / drive.elements / N_STARTS
+    seen = part_responses(responses, motion, *at)
     starts = spread_starts(drive, N_STARTS)
-    seated = [SeatedElements(drive, responses, motion, seen, start, width) for start in starts]
-    expected = np.mean([(rows := one.columns(average)).T @ rows for one in seated], axis=0)
+    seated = [SeatedElements(drive, responses, motion, seen, start) for start in starts]
+    expected = np.mean([(rows := one.columns()).T @ rows for one in seated], axis=0)
     pairs = [one.of_pairs().toarray() for one in seated[::PAIRS_EVERY]]
     of_pairs = np.mean([rows.T @ rows for rows in pairs], axis=0)
     assert of_pairs.max() > 1e-4 * expected.max()
-    expected += of_pairs
+    steps = profile_steps(drive, seen, motion, average)
+    expected += of_pairs + steps.T @ steps
     of_parts, torque = scatter.covariance_of_parts(scatter.twist)
     np.testing.assert_allclose(of_parts, expected, atol=1e-12 * expected.max())
     np.testing.assert_array_equal(torque, average[0])
@@ -160,9 +162,9 @@ def _shift(scatter: Scatter) -> Array:
     """(n,) N.m, the first of the random effects, by which places shift the mean, over all starts."""
     clearance = np.zeros(len(scatter.motion.rotation))
     parts = scatter.drive, scatter.responses, scatter.motion, scatter.twist, clearance
-    seen, average = part_responses(*parts[1:]), average_torque(*parts)
+    seen = part_responses(*parts[1:])
     starts = spread_starts(scatter.drive, scatter.starts)
-    return np.mean([SeatedElements(*parts[:3], seen, start).columns(average)[0] for start in starts], axis=0)
+    return np.mean([SeatedElements(*parts[:3], seen, start).columns()[0] for start in starts], axis=0)
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
-from reefmu.diagnosis.random_effects.element_columns import SeatedElements, average_torque
+from reefmu.diagnosis.random_effects.element_columns import SeatedElements
 from reefmu.diagnosis.random_effects.element_motion import element_motion, even_seats, spread_starts
 from reefmu.diagnosis.random_effects.part_responses import part_responses
 from reefmu.diagnosis.random_effects.responses import element_responses
@@ -60,7 +60,7 @@ def test_the_covariance_of_blocks_is_that_of_their_samples(full: bool) -> None:
         motion, twist = element_motion(drive, trace, blocks), blocks.mean(trace.smooth_twist)
         parts = drive, element_responses(drive), motion, twist, np.zeros(len(motion.rotation))
         seen = part_responses(*parts[1:])
-        columns = SeatedElements(*parts[:3], seen, 0.7).columns(average_torque(*parts))
+        columns = SeatedElements(*parts[:3], seen, 0.7).columns()
         blocks = make_blocks(trace, 10)
         if samples == 1:
             columns = np.add.reduceat(columns, blocks.first, axis=1) / blocks.count
