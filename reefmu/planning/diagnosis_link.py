@@ -16,6 +16,7 @@ from ..diagnosis.estimation.problem import SEARCH_BLOCKS, Problem
 from ..diagnosis.estimation.weighting import MIN_EIGENVALUE
 from ..diagnosis.preparation import BaseCurveSource, prepare_problem, prepare_same_motion
 from ..diagnosis.preprocessing.trace import make_trace
+from ..diagnosis.random_effects.tolerance_scatter import Spread, in_turn
 from ..effects.effect_facts import select_candidates
 from ..record import Record
 from .protocols.rig import RigNoise
@@ -38,12 +39,13 @@ def record_problem(drive: Drive, record: Record, blocks: int = SEARCH_BLOCKS) ->
 
 
 def problems_of_records(
-    drive: Drive, records: Sequence[Record], blocks: int = SEARCH_BLOCKS
+    drive: Drive, records: Sequence[Record], blocks: int = SEARCH_BLOCKS, spread: Spread = in_turn
 ) -> list[tuple[Problem, Fit]]:
-    """The same for records of one motion: they share the scatter of individual drives, which takes most of the time."""
+    """The same for records of one motion: they share the scatter of individual drives, which takes most of the time.
+    No filter is sought: these records have passed none. spread: shares the work among processes."""
     traces = [make_trace(record, drive.ratio) for record in records]
     base = BaseCurveSource(drive).base_curve(traces[0])
-    first = prepare_problem(records[0], traces[0], base, blocks=blocks)
+    first = prepare_problem(records[0], traces[0], base, spread, blocks, time_constants=(0.0,))
     others = [prepare_same_motion(*both, first) for both in zip(records[1:], traces[1:], strict=True)]
     return [(problem, problem.fit_from((), problem.start(0.0))) for problem in (first, *others)]
 

@@ -14,6 +14,7 @@ from stiffness_model.errors import InputError
 from stiffness_model.numerics.arrays import Array
 
 from ..diagnosis.discrimination.effect_columns import ACCUMULATING
+from ..diagnosis.random_effects.tolerance_scatter import Spread, in_turn
 from ..record import Record
 from .checked_choice import choose_protocol
 from .diagnosis_link import excluded_effects
@@ -43,10 +44,13 @@ class NextProtocol:
     told_apart: float
 
 
-def next_protocol(drive: Drive, rig: Rig, rival_sets: Sequence[Sequence[str]]) -> NextProtocol:
+def next_protocol(
+    drive: Drive, rig: Rig, rival_sets: Sequence[Sequence[str]], spread: Spread = in_turn
+) -> NextProtocol:
     """The shortest protocol that tells rival sets of effects apart, and the probability that it does.
 
     rig: that of the record which does not decide between the sets (`rig_of_record`). Effects have their typical sizes.
+    spread: shares the work among processes, with the same result.
     Raises `InputError` for fewer than two sets that the rig's columns can show.
     """
 
@@ -59,7 +63,7 @@ def next_protocol(drive: Drive, rig: Rig, rival_sets: Sequence[Sequence[str]]) -
         raise InputError(f"next protocol: expected two sets of effects that the rig can show, got {rival_sets!r}")
     names = {name for names in shown for name in names} | set(ACCUMULATING.values())
     setting = prepare_setting(drive, rig, sorted(names), silent)
-    check = partial(check_schedule, setting, true=shown, rivals=shown)
+    check = partial(check_schedule, setting, true=shown, rivals=shown, spread=spread)
     chosen = choose_protocol(setting.candidates(setting.rig, shown, shown), check, silent, POWER)
     found = chosen.checked.isolability
     return NextProtocol(

@@ -8,6 +8,7 @@ from stiffness_model.errors import InputError
 
 from ..diagnosis.analysis import Analysis, ProposedExperiment
 from ..diagnosis.hypotheses import listed
+from ..diagnosis.random_effects.tolerance_scatter import Spread, in_turn
 from ..diagnosis.schema import Diagnosis
 from ..model.contacts.tables import cached_lookup
 from .next_experiment import NextProtocol, next_protocol, rig_of_record
@@ -22,11 +23,11 @@ DECISIVE = 0.5
 """Mean probability of the right name below which a protocol decides nothing and is not written; chosen by judgement."""
 
 
-def propose_protocol(found: Analysis) -> ProposedExperiment | None:
+def propose_protocol(found: Analysis, spread: Spread = in_turn) -> ProposedExperiment | None:
     """The shortest protocol, on the rig that the record shows, that tells the open explanations apart.
 
     None where fewer than two sets of effects are open, or where no drawing of a rolling element eccentric drive is
-    given, for which alone tests are planned.
+    given, for which alone tests are planned. spread: shares the work among processes, with the same result.
     """
     problem = found.evidence.problem
     drive, rivals = problem.base.drive, open_explanations(found.diagnosis)
@@ -34,7 +35,7 @@ def propose_protocol(found: Analysis) -> ProposedExperiment | None:
         return None
     rig = rig_of_record(found.record, drive.ratio, problem.noise.torque, problem.noise.twist)
     try:
-        protocol = next_protocol(drive, rig, rivals)
+        protocol = next_protocol(drive, rig, rivals, spread)
     except InputError:  # the rig's columns show fewer than two of them
         return None
     if protocol.told_apart < DECISIVE:

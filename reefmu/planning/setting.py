@@ -14,16 +14,19 @@ from ..diagnosis.discrimination.effect_columns import Sensitivities, linear_in_t
 from ..diagnosis.discrimination.predicted_isolability import PredictedIsolability, isolability, mean_isolability
 from ..diagnosis.discrimination.rival_hypotheses import make_hypotheses, separations
 from ..diagnosis.discrimination.simulated_scores import gaussian_scores, scores_of_records
-from ..diagnosis.estimation.problem import SEARCH_BLOCKS
+from ..diagnosis.estimation.least_squares import Fit
+from ..diagnosis.estimation.problem import SEARCH_BLOCKS, Problem
 from ..diagnosis.inference.dispersion import dispersion
 from ..diagnosis.preparation import with_individuals
 from ..diagnosis.probabilities.typical_sizes import typical_sizes
+from ..diagnosis.random_effects.tolerance_scatter import Spread, in_turn
 from ..model.contacts.tables import cached_lookup
+from ..record import Record
 from .design import Candidates
 from .diagnosis_link import problems_of_records, record_problem
 from .information import piece_information, record_information
 from .protocols.motion_pieces import Piece, motion_library
-from .protocols.rig import Rig, rig_noise
+from .protocols.rig import Rig, RigNoise, rig_noise
 from .protocols.schedule import Schedule, has_individuals, make_schedule, measured_record
 
 LIBRARY_SEED, PROTOCOL_SEEDS = 1, (2, 3, 4, 5)
@@ -116,27 +119,56 @@ def check_schedule(
     true: Sequence[Sequence[str]],
     rivals: Sequence[Sequence[str]],
     sizes: Sequence[float] = (),
+    spread: Spread = in_turn,
 ) -> Checked:
     """What the diagnosis would name along a schedule, mean over `PROTOCOL_SEEDS` records of individual drives, each
     under the whole covariance that the diagnosis has for it.
 
-    sizes: over the typical ones, at which the probability of the right name is computed beside these. A drawing of
-    compliant bodies has no individuals; its record is one of the mean drive, with the scatter of the diagnosis and the
-    noise of the rig.
+    sizes: over the typical ones, at which the probability of the right name is computed beside these; spread: shares
+    the records among processes, with the same result. A drawing of compliant bodies has no individuals; its record is
+    one of the mean drive, with the scatter of the diagnosis and the noise of the rig.
     """
     drive, rig = setting.drive, setting.rig
-    own, noise = has_individuals(drive), rig_noise(rig, drive.ratio)
-    found: list[PredictedIsolability] = []
-    apart: list[list[Array]] = []
-    records = [measured_record(drive, rig, schedule, seed, individual=own) for seed in PROTOCOL_SEEDS]
-    for seed, (problem, fit) in zip(PROTOCOL_SEEDS, problems_of_records(drive, records), strict=True):
-        columns = sensitivities(with_individuals(problem, N_INDIVIDUALS), fit, setting.sizes, setting.names)
-        if own:
-            divided = dispersion(problem, [(fit, None)])
-            simulated = scores_of_records(columns, fit.weighting, DRAWS, seed, divided)
-        else:
-            simulated = gaussian_scores(record_information(columns, noise), DRAWS, seed)
-        sets = make_hypotheses(columns, true), make_hypotheses(columns, rivals)
-        found.append(isolability(simulated, *sets, sizes))
-        apart.append(separations(simulated.information, *sets))
+    own = has_individuals(drive)
+    records = [*spread(_measured, [(drive, rig, schedule, seed, own) for seed in PROTOCOL_SEEDS])]
+    problems = problems_of_records(drive, records, spread=spread)
+    noise = None if own else rig_noise(rig, drive.ratio)
+    jobs = [
+        _OneRecord(*both, seed, noise, setting.sizes, setting.names, true, rivals, sizes)
+        for seed, both in zip(PROTOCOL_SEEDS, problems, strict=True)
+    ]
+    found, apart = zip(*spread(_named_along, jobs), strict=True)
     return Checked(mean_isolability(found), tuple(np.mean(parts, axis=0) for parts in zip(*apart, strict=True)))
+
+
+def _measured(job: tuple[Drive, Rig, Schedule, int, bool]) -> Record:
+    drive, rig, schedule, seed, individual = job
+    return measured_record(drive, rig, schedule, seed, individual=individual)
+
+
+@dataclass(frozen=True)
+class _OneRecord:
+    """problem, fit: of one record, without effects; noise: of the rig, None for records of individuals; typical: sizes
+    of effects; names: as in `Setting`; true, rivals, sizes: as in `check_schedule`."""
+
+    problem: Problem
+    fit: Fit
+    seed: int
+    noise: RigNoise | None
+    typical: Mapping[str, float]
+    names: Sequence[str] | None
+    true: Sequence[Sequence[str]]
+    rivals: Sequence[Sequence[str]]
+    sizes: Sequence[float]
+
+
+def _named_along(job: _OneRecord) -> tuple[PredictedIsolability, list[Array]]:
+    """What the diagnosis would name along one record, and the separations there."""
+    columns = sensitivities(with_individuals(job.problem, N_INDIVIDUALS), job.fit, job.typical, job.names)
+    if job.noise is None:
+        divided = dispersion(job.problem, [(job.fit, None)])
+        simulated = scores_of_records(columns, job.fit.weighting, DRAWS, job.seed, divided)
+    else:
+        simulated = gaussian_scores(record_information(columns, job.noise), DRAWS, job.seed)
+    sets = make_hypotheses(columns, job.true), make_hypotheses(columns, job.rivals)
+    return isolability(simulated, *sets, job.sizes), separations(simulated.information, *sets)

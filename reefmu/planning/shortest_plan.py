@@ -13,6 +13,7 @@ from stiffness_model.errors import InputError
 from stiffness_model.numerics.arrays import Array
 
 from ..diagnosis.discrimination.predicted_isolability import SIZES, PredictedIsolability
+from ..diagnosis.random_effects.tolerance_scatter import Spread, in_turn
 from ..effects import EFFECTS, find_effect
 from ..model.contacts.tables import cached_lookup
 from .checked_choice import Ended, choose_protocol
@@ -59,12 +60,14 @@ def make_plan(
     rig: Rig | None = None,
     effects: Sequence[str] | None = None,
     progress: Progress | None = None,
+    spread: Spread = in_turn,
 ) -> Plan:
     """Plan a protocol.
 
     drive: the drawing of the drive; rig: what the rig can do, a usual one if None; effects: of interest, all if None;
-    progress: called with the present stage and the share done. Raises `UnknownNameError` for an unknown effect, and
-    `InputError` where none of the effects can be shown with the columns that the rig measures.
+    progress: called with the present stage and the share done; spread: shares the work among processes, with the same
+    result. Raises `UnknownNameError` for an unknown effect, and `InputError` where none of the effects can be shown
+    with the columns that the rig measures.
     """
     report: Progress = progress or (lambda stage, share: None)
     for name in effects or ():
@@ -79,7 +82,7 @@ def make_plan(
         raise InputError(f"--effects: expected an effect that the rig's columns can show, got {reasons}")
     sets = [(name,) for name in interest]
     candidates = setting.candidates(rig, sets, rivals)
-    check = partial(check_schedule, setting, true=sets, rivals=rivals)
+    check = partial(check_schedule, setting, true=sets, rivals=rivals, spread=spread)
     chosen = choose_protocol(candidates, check, report, POWER)
     report("sensors and motions that are missing", 0.9)
     other = partial(setting.candidates, true=sets, rivals=rivals)

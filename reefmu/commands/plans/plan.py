@@ -17,7 +17,7 @@ from stiffness_model.kinds import CONTACT_RESPONSES
 
 from ..terminal.drawing_input import ree_drawing_with_fields
 from ..terminal.notes import show_notes
-from ..terminal.worker_processes import pool_with_progress
+from ..terminal.worker_processes import pool_with_progress, process_pool
 
 
 def run(args: argparse.Namespace) -> int:
@@ -31,8 +31,8 @@ def run(args: argparse.Namespace) -> int:
     folder = Path(args.out)
     with pool_with_progress("solving the lookup (once: it is cached)") as executor:
         cached_lookup(drive, executor=executor)
-    with Progress(f"planning a test of {drive.name}", 100) as progress:
-        plan = make_plan(drive, rig, args.effects, lambda stage, share: progress.advance_to(share, stage))
+    with process_pool() as pool, Progress(f"planning a test of {drive.name}", 100) as progress:
+        plan = make_plan(drive, rig, args.effects, lambda stage, share: progress.advance_to(share, stage), pool.map)
         write_plan(plan, folder)
     show_notes(notes)
     print(summary(plan))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from reefmu.diagnosis import Diagnosis, diagnose_record
@@ -84,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
                     locked,
                     pool,
                     Origin(args.command_line, args.drive or args.curve or "", reading_options(args), _assumed(args)),
-                    propose_protocol,
+                    partial(propose_protocol, spread=pool.map),
                     priors,
                 )
     show_notes(notes)

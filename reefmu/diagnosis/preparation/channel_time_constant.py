@@ -31,18 +31,21 @@ LEAST_TURN = 1.0
 """rad, of the crank, from which a run shows elements that pass; chosen by judgement, the width of a profile."""
 
 
-def channel_time_constant(problem: Problem, scatter: Scatter, residual: Array, spread: Spread) -> float:
+def channel_time_constant(
+    problem: Problem, scatter: Scatter, residual: Array, spread: Spread, tried: Sequence[float] = TIME_CONSTANTS
+) -> float:
     """s, the likeliest time constant of the filter that all channels have passed, beside a residual (n,), N.m.
 
     Where elements pass at several speeds, it shows in the runs that turn, each of which may have friction of its own,
     and all damping. It is 0 where a mean drive is likelier than an individual: no single element shows there.
+    tried: s, from 0 on, at even steps.
     """
     drive, trace, blocks = scatter.drive, problem.trace, problem.blocks
     run = trace.run[blocks.first]
     turns = np.isin(run, [r for r in np.unique(run) if np.ptp(trace.crank[trace.run == r]) > LEAST_TURN])
     turns[np.flatnonzero(turns)[1::EVERY]] = False
     speed = blocks.mean(np.abs(trace.crank_speed))[turns]
-    if not turns.any() or speed.max() * TIME_CONSTANTS[-1] < 2 * np.pi / drive.elements / 10:
+    if not turns.any() or speed.max() * tried[-1] < 2 * np.pi / drive.elements / 10:
         return 0.0
     of_runs = (run[turns, None] == np.unique(run[turns])).astype(float)
     free = np.concatenate([of_runs, blocks.mean(trace.twist_rate)[turns, None]], axis=1)
@@ -54,18 +57,18 @@ def channel_time_constant(problem: Problem, scatter: Scatter, residual: Array, s
     if SCATTER_SIZES[int(np.argmin(unfiltered))] < INDIVIDUAL_SIZE:
         return 0.0
 
-    def least_costs(tried: Sequence[float]) -> dict[float, float]:
-        shares = [tried[k::N_JOBS] for k in range(N_JOBS)]
+    def least_costs(some: Sequence[float]) -> dict[float, float]:
+        shares = [some[k::N_JOBS] for k in range(N_JOBS)]
         found = spread(_least_costs, [(turning, share) for share in shares])
         return {
             t: cost for share, costs in zip(shares, found, strict=True) for t, cost in zip(share, costs, strict=True)
         }
 
-    coarse = {0.0: min(unfiltered)} | least_costs(TIME_CONSTANTS[1:])
-    likeliest = min(sorted(coarse), key=lambda tried: coarse[tried])
-    if likeliest in (TIME_CONSTANTS[0], TIME_CONSTANTS[-1]):
+    coarse = {0.0: min(unfiltered)} | least_costs(tried[1:])
+    likeliest = min(sorted(coarse), key=lambda time_constant: coarse[time_constant])
+    if likeliest in (tried[0], tried[-1]):
         return likeliest
-    half = (TIME_CONSTANTS[1] - TIME_CONSTANTS[0]) / 2
+    half = (tried[1] - tried[0]) / 2
     before, after = least_costs([likeliest - half, likeliest + half]).values()
     return _vertex(likeliest, half, [before, coarse[likeliest], after])
 

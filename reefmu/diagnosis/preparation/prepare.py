@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +28,7 @@ from ..random_effects.individuals import N_INDIVIDUALS, simulate_individuals
 from ..random_effects.responses import element_responses
 from ..random_effects.scatter import Scatter
 from ..random_effects.tolerance_scatter import Spread, in_turn
-from .channel_time_constant import channel_time_constant
+from .channel_time_constant import TIME_CONSTANTS, channel_time_constant
 
 UNLOADED_SHARE = 0.05
 """Share of full torque below which a sample counts as unloaded when the zero of the twist is guessed; chosen by
@@ -35,12 +36,18 @@ judgement, the fit corrects the guess."""
 
 
 def prepare_problem(
-    record: Record, trace: Trace, base: BaseCurve, spread: Spread = in_turn, blocks: int = SEARCH_BLOCKS
+    record: Record,
+    trace: Trace,
+    base: BaseCurve,
+    spread: Spread = in_turn,
+    blocks: int = SEARCH_BLOCKS,
+    time_constants: Sequence[float] = TIME_CONSTANTS,
 ) -> Problem:
     """The problem with all candidates that the record's columns allow, without simulated individuals of a drawing;
-    spread: shares the work among processes; blocks: approximate number of them."""
+    spread: shares the work among processes; blocks: approximate number of them; time_constants: s, from 0 on, that the
+    filter of all channels may have."""
     problem = _without_scatter(record, trace, base, blocks)
-    return _with_damped_noise(_with_scatter(problem, base_fit(problem), spread), trace)
+    return _with_damped_noise(_with_scatter(problem, base_fit(problem), spread, time_constants), trace)
 
 
 def prepare_same_motion(record: Record, trace: Trace, other: Problem) -> Problem:
@@ -101,7 +108,7 @@ def with_individuals(problem: Problem, count: int = N_INDIVIDUALS, spread: Sprea
     return replace(problem, individuals=simulate_individuals(problem.scatter, count, spread=spread))
 
 
-def _with_scatter(problem: Problem, without_effects: Fit, spread: Spread) -> Problem:
+def _with_scatter(problem: Problem, without_effects: Fit, spread: Spread, time_constants: Sequence[float]) -> Problem:
     """The problem with the scatter of its population, at the twist of the contacts in the fit without effects; itself
     without tolerances."""
     base, trace, blocks, twist = problem.base, problem.trace, problem.blocks, without_effects.prediction.contacts.twist
@@ -113,7 +120,7 @@ def _with_scatter(problem: Problem, without_effects: Fit, spread: Spread) -> Pro
         return problem
     scatter = Scatter(base.drive, element_responses(base.drive), element_motion(base.drive, trace, blocks), twist)
     residual = problem.torque - without_effects.prediction.torque
-    time_constant = channel_time_constant(problem, scatter, residual, spread)
+    time_constant = channel_time_constant(problem, scatter, residual, spread, time_constants)
     if time_constant > 0:
         motion = element_motion(base.drive, trace, blocks, time_constant)
         scatter = replace(scatter, motion=motion, time_constant=time_constant)

@@ -3,6 +3,9 @@ and what a prediction for them counts."""
 
 from __future__ import annotations
 
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,7 +15,7 @@ from reefmu.diagnosis.inference.nonparametric import fit_terms
 from reefmu.diagnosis.preparation import with_individuals
 from reefmu.planning.diagnosis_link import problems_of_records, record_problem
 from reefmu.planning.protocols.schedule import Schedule, make_schedule, measured_record
-from reefmu.planning.setting import Setting
+from reefmu.planning.setting import Setting, check_schedule
 
 ROTATIONS = ("at 5 rad/s under 50", "at 50 rad/s under 50", "at 50 rad/s under -50")
 OTHERS = ("20 % of the greatest twist at crank 257", "0.6 s a loop", "at 0.5 rad/s under 90", "at 40 degC")
@@ -88,3 +91,15 @@ def test_a_library_has_no_drift_that_settles(setting: Setting) -> None:
         len([v for v in s.variants if v.effect == "torque_sensor_drift"]) for s in (complete, linear_in_time(complete))
     ]
     assert count[0] > count[1] == 1
+
+
+@pytest.mark.slow
+def test_records_checked_by_several_processes_name_as_often(setting: Setting, schedule: Schedule) -> None:
+    sets = [("hysteresis",), ("backlash",)]
+    few = replace(setting, names=["hysteresis", "backlash", "torque_sensor_offset"])
+    here = check_schedule(few, schedule, sets, sets)
+    with ProcessPoolExecutor(2) as pool:
+        there = check_schedule(few, schedule, sets, sets, spread=pool.map)
+    np.testing.assert_array_equal(there.isolability.matrix, here.isolability.matrix)
+    for one, other in zip(there.separations, here.separations, strict=True):
+        np.testing.assert_array_equal(one, other)
