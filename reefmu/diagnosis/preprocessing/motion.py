@@ -21,7 +21,7 @@ from scipy.signal import savgol_filter
 from stiffness_model.numerics.arrays import Array
 from stiffness_model.numerics.smoothing_spline import SmoothingSpline, smoothing_spline
 
-from ...speed import Instants, central_speed, median_step, merged_stamps
+from ...speed import Instants, central_speed, merged_stamps
 
 LEAST_MOVING = 0.25
 """Quantile over the runs of what is taken for the noise of an angle. Chosen by judgement; among 33 simulated records of
@@ -107,22 +107,23 @@ def monotone_path(angle: Array, noise: float) -> Array:
 def estimate_speed(angle: Array, time: Array, noise: float) -> Array:
     """Rate of change (n,), per second, of an angle or a torque (n,) of one run with noise of a standard deviation in
     its unit."""
-    n = len(angle)
     if noise <= NOISE_FREE * float(np.ptp(angle)):
         return central_speed(angle, time)  # simulated: as the simulation took it
+    at = merged_stamps(angle, time)
+    return np.concatenate([_speed(at.values[part], at.time[part], noise) for part in _sampled_alike(at)])[at.number]
+
+
+def _speed(angle: Array, time: Array, noise: float) -> Array:
+    """`estimate_speed` of the instants (k,) of a motion that is sampled at one rate."""
+    n = len(angle)
     windows = [w for w in WINDOWS if w <= n]
     if not windows:
         return np.zeros(n)
-    # A coarse or late clock gives many samples one time stamp: steps far shorter than their neighbours give no speed.
-    # Where no window shows motion, the widest has the usual step in their place.
-    usual = median_step(np.diff(time, append=2 * time[-1] - time[-2]))
-    duration = _duration(time, windows[-1], usual, usual)
-    speed = np.divide(_slope(angle, windows[-1]), duration, out=np.zeros(n), where=duration > 0)
+    # Where no window shows motion, it is that in the widest one.
+    speed, _ = _line_slope(angle, time, windows[-1])
     pending = np.ones(n, bool)
     for window in windows:
-        slope, deviation = (
-            _parabola_slope(angle, time, usual) if window == 3 else _line_slope(angle, time, usual, window)
-        )
+        slope, deviation = _parabola_slope(angle, time) if window == 3 else _line_slope(angle, time, window)
         shown = pending & (np.abs(slope) > SIGNIFICANT_SLOPE * noise * deviation)
         speed[shown] = slope[shown]
         pending &= ~shown
@@ -155,10 +156,14 @@ def _is_exact(at: Instants, noise: float) -> bool:
 def _splines(at: Instants, noise: float) -> Iterator[tuple[slice, SmoothingSpline]]:
     """Splines between reversals, of instants that are sampled alike: motions are sampled as densely as they are fast,
     and are as smooth as each other where they are as fast."""
-    edges = [0, *_changes_of_step(at.time), len(at.time)]
-    for part in itertools.starmap(slice, itertools.pairwise(edges)):
+    for part in _sampled_alike(at):
         corners = turning_points(at.values[part], REVERSAL_DEVIATIONS * noise)[1:-1]
         yield part, smoothing_spline(at.time[part], at.values[part], noise**2 / at.stamps[part], corners)
+
+
+def _sampled_alike(at: Instants) -> Iterator[slice]:
+    """Parts of a run in which the time steps are alike."""
+    return itertools.starmap(slice, itertools.pairwise([0, *_changes_of_step(at.time), len(at.time)]))
 
 
 def _changes_of_step(time: Array) -> list[int]:
@@ -176,34 +181,22 @@ def _changes_of_step(time: Array) -> list[int]:
     return found
 
 
-def _parabola_slope(angle: Array, time: Array, usual: Array) -> tuple[Array, Array]:
+def _parabola_slope(angle: Array, time: Array) -> tuple[Array, Array]:
     """Slopes (n,), rad/s, of parabolas through three samples each, and their standard deviations (n,), 1/s, over that
-    of an angle; slopes of 0 where a step is far shorter than the usual ones (n,), s.
-
-    At a change of the sampling rate the slope is that of the shorter step, nearly.
-    """
+    of an angle."""
     n = len(angle)
     three = np.clip(np.arange(n) - 1, 0, n - 3) + np.arange(3)[:, None]
     a, b, c = time[three] - time
-    sound = np.all(np.diff(time[three], axis=0) > 0.5 * usual[three[:2]], axis=0)
     # Derivatives of Lagrange's polynomials.
     numerator = -np.stack([b + c, a + c, a + b])
-    denominator = np.stack([(a - b) * (a - c), (b - a) * (b - c), (c - a) * (c - b)])
-    weights = np.divide(numerator, denominator, out=np.zeros((3, n)), where=sound)
+    weights = numerator / np.stack([(a - b) * (a - c), (b - a) * (b - c), (c - a) * (c - b)])
     return (weights * angle[three]).sum(axis=0), np.sqrt((weights**2).sum(axis=0))
 
 
-def _line_slope(angle: Array, time: Array, usual: Array, window: int) -> tuple[Array, Array]:
+def _line_slope(angle: Array, time: Array, window: int) -> tuple[Array, Array]:
     """The same for straight lines through a window about each sample."""
-    duration = _duration(time, window, usual, np.inf)
+    duration = _slope(time, window)
     return _slope(angle, window) / duration, np.sqrt(12 / (window * (window**2 - 1))) / duration
-
-
-def _duration(time: Array, window: int, usual: Array, otherwise: Array | float) -> Array:
-    """Mean steps (n,), s, in a window about each sample, or `otherwise` where they are far shorter than the usual ones
-    (n,), s."""
-    step = _slope(time, window)
-    return np.where(step > 0.5 * usual, step, otherwise)
 
 
 def _slope(values: Array, window: int) -> Array:

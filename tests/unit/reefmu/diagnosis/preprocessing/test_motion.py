@@ -126,6 +126,23 @@ def test_late_time_stamps_do_not_distort_the_speed(late: int, gap: float, noise:
     assert np.abs(speed).max() < 2.0 * (late / 2 + 3)
 
 
+@pytest.mark.parametrize("late", [0, 6])
+def test_a_motion_has_its_speed_from_where_the_sampling_becomes_denser(late: int) -> None:
+    """A drive stands still, is sampled slowly, and then turns; also where the clock is late as it begins, so that the
+    first samples of the motion share a time stamp. A window over both would find hardly any speed."""
+    true = np.concatenate([np.arange(50) * 0.14, 49 * 0.14 + 1e-3 * np.arange(1, 200)])
+    stamps = true.copy()
+    stamps[49 : 50 + late] = stamps[49 + late]
+    angle = 2.0 * np.maximum(true - 49 * 0.14, 0.0)
+    for seed in range(10):
+        noisy = angle + 2e-6 * np.random.default_rng(seed).standard_normal(len(true))
+        speed = estimate_speed(noisy, stamps, 2e-6)
+        assert np.abs(speed[:48]).max() < 1e-3
+        assert speed[51 + late :] == pytest.approx(2.0, rel=0.05)
+        # A time stamp shared by many samples lies in their middle.
+        assert 1.0 < speed[50 : 51 + late].min() <= speed[50 : 51 + late].max() < 2.0 * (late / 2 + 3)
+
+
 def test_a_rate_is_hardly_less_than_it_is_where_a_speed_loses_half() -> None:
     """A twist that swings by little more than its noise as the crank turns fast."""
     time, noise = 1e-3 * np.arange(400), 6e-6
