@@ -20,7 +20,7 @@ from stiffness_model.contact.element_contacts import Contacts, build_contacts
 from stiffness_model.drawing.sampling import Deviations
 from stiffness_model.equilibrium.closed_form import closed_form
 from stiffness_model.numerics.arrays import Array
-from stiffness_model.rotation.element_positions import element_positions
+from stiffness_model.rotation.element_positions import ElementPositions, Window, element_positions
 from stiffness_model.rotation.individual_contacts import IndividualContacts
 from stiffness_model.rotation.individual_drive import Individual, draw_individual, mean_individual
 
@@ -144,18 +144,25 @@ class Assembly:
         """What stays with the elements while they turn."""
         return IndividualContacts(self.one)
 
+    @functools.cached_property
+    def window(self) -> Window:
+        """The window of the drive, widened by what errors of bores and lobes move its elements by at most."""
+        drive = self.one.drive
+        margin = abs(drive.ratio - 1) * float(np.abs(self.bore).max() + np.abs(self.lobe).max())
+        return self.parts.window.widened(margin, drive)
+
     def torque(self, twist: Array, cage: Array, clearance: Array) -> Array:
         """Torque, N.m, (n,), at contact twists and cage angles, rad, with clearances, m, added to the gear's."""
-        found, step = np.empty(len(twist)), max(1, AT_ONCE // self.parts.window.width)
+        found, step = np.empty(len(twist)), max(1, AT_ONCE // self.window.width)
         for first in range(0, len(twist), step):
             some = slice(first, first + step)
-            found[some] = self.each(twist[some], cage[some], clearance[some]).sum(axis=1)
+            at = element_positions(self.one, self.window, cage[some])
+            found[some] = self.each(at, twist[some], clearance[some]).sum(axis=1)
         return found
 
-    def each(self, twist: Array, cage: Array, clearance: Array) -> Array:
-        """Torques, N.m, (n, width), of the elements within the window, side by side along the profile."""
+    def each(self, at: ElementPositions, twist: Array, clearance: Array) -> Array:
+        """Torques, N.m, (n, width), of elements that would stand `at` places without errors of bores and lobes."""
         one, parts, drive = self.one, self.parts, self.one.drive
-        at = element_positions(one, parts.window, cage)
         eps, eta = self.bore[at.element], self.lobe[at.row, at.lobe]
         shift = (drive.ratio - 1) * (eps - eta)
         beta = at.beta + shift
@@ -194,7 +201,10 @@ def linear_columns(drive: Drive, start: float, twist: Array, cage: Array) -> Arr
     middle = mean_individual(drive, start)
     n, rows, radius = drive.elements, drive.eccentrics, drive.path.centre_distance
     sigma = {part: zone.sigma for part, zone in drive.tolerances.items()}
-    at = element_positions(middle, IndividualContacts(middle).window, cage)
+    eps, eta, zeta = sigma["cage"] / radius, sigma["gear"] / radius, sigma["crank"] / drive.eccentricity
+    # All differences are of the same elements: those that the greatest error of position can bring into the window.
+    window = IndividualContacts(middle).window.widened(abs(drive.ratio - 1) * max(eps, eta), drive)
+    at = element_positions(middle, window, cage)
     element, lobe = at.element, at.row * drive.lobes + at.lobe
     row = element % rows
     none = Assembly(middle, np.zeros(n), np.zeros_like(middle.lobe), np.zeros(rows))
@@ -203,12 +213,11 @@ def linear_columns(drive: Drive, start: float, twist: Array, cage: Array) -> Arr
     wide = float(np.hypot(np.hypot(2 * sigma["element"], sigma["crank"]), sigma["gear"]))
 
     def difference(plus: Assembly, minus: Assembly) -> Array:
-        return (plus.each(twist, cage, clear) - minus.each(twist, cage, clear)) / 2
+        return (plus.each(at, twist, clear) - minus.each(at, twist, clear)) / 2
 
-    per_metre = (none.each(twist, cage, clear + wide) - none.each(twist, cage, clear - wide)) / (2 * wide)
+    per_metre = (none.each(at, twist, clear + wide) - none.each(at, twist, clear - wide)) / (2 * wide)
     by_eccentric = drive.crank_deviation == "eccentric"
     own = np.hypot(2 * sigma["element"], 0.0 if by_eccentric else sigma["crank"])
-    eps, eta, zeta = sigma["cage"] / radius, sigma["gear"] / radius, sigma["crank"] / drive.eccentricity
     bores = [replace(none, one=replace(middle, cage=middle.cage + s * sigma["cage"])) for s in (1, -1)]
     parts = [
         (own * per_metre, element, n),

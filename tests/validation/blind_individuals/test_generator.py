@@ -62,6 +62,16 @@ def test_a_missing_element_takes_its_own_torque_away(assembly):
     np.testing.assert_allclose((whole - np.array(each)).sum(axis=0), whole, rtol=1e-9)
 
 
+@pytest.mark.parametrize("drawing", [2, 5])
+def test_the_torque_of_a_locked_drive_has_no_jump(drawing):
+    drive = load(drawing)
+    one = draw_assembly(drive, np.random.default_rng(0))
+    twist = np.linspace(-1, 1, 8001) * drive.max_twist
+    torque = one.torque(twist, 1.0 / drive.ratio - twist, 0 * twist)
+    # The steepest part of the curve changes by 0.05 % of the greatest torque from one twist to the next.
+    assert np.abs(np.diff(torque)).max() < 2e-3 * np.abs(torque).max()
+
+
 def test_linear_columns_hold_most_of_an_individual():
     drive = load(3)
     rng = np.random.default_rng(1)
