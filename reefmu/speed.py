@@ -88,10 +88,12 @@ def spread_stamps(time: Array) -> Array:
     # The samples of the stamp before end as far before this one as they are apart.
     before = np.concatenate([[-np.inf], stamp[:-1] + (count[:-1] - 1) * each])[:-1]
     apart = np.minimum(after, (stamp[1:] - before) / (count[:-1] + 1))
-    left = count[number] - (np.arange(len(time)) - first[number])
-    ends, apart = np.append(stamp[1:], time[-1] + each[-1]), np.append(apart, each[-1])
-    shared = (count > 1)[number] & (number < len(count) - 1)
-    return np.maximum.accumulate(np.where(shared, ends[number] - left * apart[number], time))
+    # After the last stamp there is none by which its samples could be spread.
+    spread = (count[number] > 1) & (number < len(apart))
+    of = number[spread]
+    found = time.astype(float)
+    found[spread] = stamp[of + 1] - (first[of + 1] - np.flatnonzero(spread)) * apart[of]
+    return np.maximum.accumulate(found)
 
 
 def _numbers(time: Array) -> NDArray[np.intp]:

@@ -122,17 +122,14 @@ def _fit_starts(problem: Problem, starts: Sequence[Start]) -> list[Fit]:
 def fit_under(pool: WorkerPool, fits: Sequence[Fit], weights: Sequence[Weighting]) -> list[Fit]:
     """Every fit continued to the full tolerance under given weights, of the size of the scatter that is then
     likeliest."""
-    problem = pool.problem
-    sent = [without_blocks(own) if problem.has(own) else own for own in weights]
-    jobs = [(fit.names, fit.parameters, own) for fit, own in zip(fits, sent, strict=True)]
-    better = zip(pool.map(_fit_under, jobs), weights, strict=True)
+    under = (replace(fit, weighting=own) for fit, own in zip(fits, weights, strict=True))
+    better = zip(pool.map(_continued, [pool.problem.without_weights(fit) for fit in under]), weights, strict=True)
     return [replace(fit, weighting=own.with_size(fit.weighting.size)) for fit, own in better]
 
 
-def _fit_under(problem: Problem, job: tuple[tuple[str, ...], Array, Weighting]) -> Fit:
-    names, start, weights = job
-    weights = problem.weights.with_size(weights.size) if has_no_blocks(weights) else weights
-    found = problem.fit_from(names, start, weights)
+def _continued(problem: Problem, sent: Fit) -> Fit:
+    fit = problem.with_weights(sent)
+    found = problem.fit_from(fit.names, fit.parameters, fit.weighting)
     return replace(found, weighting=without_blocks(found.weighting))
 
 

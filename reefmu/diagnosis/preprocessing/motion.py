@@ -107,9 +107,9 @@ def monotone_path(angle: Array, noise: float) -> Array:
 def estimate_speed(angle: Array, time: Array, noise: float) -> Array:
     """Rate of change (n,), per second, of an angle or a torque (n,) of one run with noise of a standard deviation in
     its unit."""
-    if noise <= NOISE_FREE * float(np.ptp(angle)):
-        return central_speed(angle, time)  # simulated: as the simulation took it
     at = merged_stamps(angle, time)
+    if _is_exact(at, noise):
+        return central_speed(angle, time)  # simulated: as the simulation took it
     return np.concatenate([_speed(at.values[part], at.time[part], noise) for part in _sampled_alike(at)])[at.number]
 
 

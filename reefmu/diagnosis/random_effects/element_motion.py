@@ -203,13 +203,18 @@ def elements_on_profile(drive: Drive, motion: ElementMotion, start: float, margi
     return ElementsOnProfile(part, element, seat % drive.lobes * rows + element % rows, beta[near])
 
 
+def share_inside(drive: Drive, position: Array) -> Array:
+    """Share by which elements at positions of any shape, rad, are on the usable profile, at whose edges they fade as in
+    the core's tables."""
+    return np.clip((drive.usable_limit - np.abs(position)) / (2 * FADE_HALF_WIDTH) + 0.5, 0.0, 1.0)
+
+
 def inside_profile(drive: Drive, motion: ElementMotion, part: NDArray[np.intp], beta: Array) -> Array:
     """Share (k,) of the parts (k,), by number, that elements at positions beta (k,), rad, spend within the usable
-    profile, at whose edges they fade as in the core's tables."""
+    profile."""
     share = (np.abs(beta) < drive.usable_limit).astype(float)
     # Only those near an edge are inside for a share of the time.
     near = np.flatnonzero(np.abs(np.abs(beta) - drive.usable_limit) < motion.reach[part])
-    at = np.abs(beta[near, None] + motion.offsets[part[near]])
-    within = np.clip((drive.usable_limit - at) / (2 * FADE_HALF_WIDTH) + 0.5, 0.0, 1.0)
-    share[near] = within.sum(axis=1) / np.isfinite(at).sum(axis=1)
+    at = beta[near, None] + motion.offsets[part[near]]
+    share[near] = share_inside(drive, at).sum(axis=1) / np.isfinite(at).sum(axis=1)
     return share

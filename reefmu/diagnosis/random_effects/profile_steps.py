@@ -13,7 +13,7 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.lookup.element_table import FADE_HALF_WIDTH
 from stiffness_model.numerics.arrays import Array
 
-from .element_motion import ElementMotion
+from .element_motion import ElementMotion, share_inside
 from .part_responses import PartResponses
 from .responses import locate_cells
 
@@ -56,7 +56,7 @@ def _over_distance(drive: Drive, parts: PartResponses, nodes: int) -> Array:
     distance, reach = 2 * np.pi / drive.elements, drive.usable_limit + FADE_HALF_WIDTH
     around = int(np.ceil(reach / distance))
     position = distance * (np.arange(nodes) / nodes + np.arange(-around - 1, around + 1)[:, None])
-    inside = np.clip((drive.usable_limit - np.abs(position)) / (2 * FADE_HALF_WIDTH) + 0.5, 0.0, 1.0)
+    inside = share_inside(drive, position)
     cell, f = locate_cells(parts.position, position)
     # What the value at each node of the table adds to the torque, (nodes of the table, nodes, 2).
     share = np.zeros((len(parts.position), nodes, 2))

@@ -138,9 +138,7 @@ def test_a_motion_has_its_speed_from_where_the_sampling_becomes_denser(late: int
         noisy = angle + 2e-6 * np.random.default_rng(seed).standard_normal(len(true))
         speed = estimate_speed(noisy, stamps, 2e-6)
         assert np.abs(speed[:48]).max() < 1e-3
-        assert speed[51 + late :] == pytest.approx(2.0, rel=0.05)
-        # A time stamp shared by many samples lies in their middle.
-        assert 1.0 < speed[50 : 51 + late].min() <= speed[50 : 51 + late].max() < 2.0 * (late / 2 + 3)
+        assert speed[50:] == pytest.approx(2.0, rel=0.05)
 
 
 def test_a_rate_is_hardly_less_than_it_is_where_a_speed_loses_half() -> None:
@@ -169,7 +167,10 @@ def test_the_rate_of_a_simulated_angle_has_no_errors() -> None:
 
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_few_samples_have_a_rate(count: int) -> None:
+    """And a speed, from three on."""
     angle, time = 0.1 * np.arange(count), np.arange(count) * 1.0
+    assert estimate_speed(angle, time, 1e-3) == pytest.approx(0.1 if count > 2 else 0.0, abs=1e-9)
+    assert estimate_speed(angle, np.zeros(count), 1e-3) == pytest.approx(0.0)
     assert estimate_rate(angle, time, 1e-3) == pytest.approx(0.1 if count > 1 else 0.0, abs=1e-9)
     assert estimate_rate(angle, np.zeros(count), 1e-3) == pytest.approx(0.0)
 
@@ -201,4 +202,5 @@ def test_rates_are_finite_whatever_the_clock(steps: list[float], noise: float, s
     moved, read = rng.standard_normal((2, len(time)))
     angle = moved.cumsum() * 10 ** rng.uniform(-6, 2) + noise * read
     assert np.isfinite(estimate_rate(angle, time, noise)).all()
+    assert np.isfinite(estimate_speed(angle, time, noise)).all()
     assert np.isfinite(rate_errors(angle, time, noise, 2, rng)).all()

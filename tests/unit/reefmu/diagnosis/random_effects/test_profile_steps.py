@@ -5,10 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
+from reefmu.diagnosis.preprocessing.trace import Blocks, make_blocks, make_trace
 from reefmu.diagnosis.random_effects.element_columns import average_torque
-from reefmu.diagnosis.random_effects.element_motion import element_motion, elements_on_profile, inside_profile
-from reefmu.diagnosis.random_effects.part_responses import part_responses
+from reefmu.diagnosis.random_effects.element_motion import (
+    ElementMotion,
+    element_motion,
+    elements_on_profile,
+    inside_profile,
+)
+from reefmu.diagnosis.random_effects.part_responses import PartResponses, part_responses
 from reefmu.diagnosis.random_effects.profile_steps import PHASES, profile_steps
 from reefmu.diagnosis.random_effects.responses import element_responses
 from stiffness_model.numerics.arrays import Array
@@ -23,25 +28,23 @@ def test_steps_are_those_of_elements_at_one_position(full: bool, phase: int) -> 
     drive = seated_drive(29)
     trace = make_trace(rig.protocol(full=full), drive.ratio)
     blocks, single = make_blocks(trace, 10), make_blocks(trace, 1)
-    responses = element_responses(drive)
 
-    motion, twist = element_motion(drive, trace, single), trace.smooth_twist
-    clearance = np.zeros(len(motion.rotation))
-    seen = part_responses(responses, motion, twist, clearance)
-    average = average_torque(drive, responses, motion, twist, clearance)
+    def along(of: Blocks) -> tuple[ElementMotion, PartResponses, Array]:
+        """Motion, responses and average torque by blocks."""
+        motion, responses = element_motion(drive, trace, of), element_responses(drive)
+        parts = responses, motion, of.mean(trace.smooth_twist), np.zeros(len(motion.rotation))
+        return motion, part_responses(*parts), average_torque(drive, *parts)
+
+    motion, seen, average = along(single)
     start = 2 * np.pi / drive.elements * (phase + 0.5) / PHASES
     on = elements_on_profile(drive, motion, start, 0.0)
     torque = seen.at(on.part, on.position)["mean"] * inside_profile(drive, motion, on.part, on.position)
 
     def of_samples(weight: Array) -> Array:
-        return np.asarray(np.bincount(on.part, torque * weight, len(twist)), float)
+        return np.asarray(np.bincount(on.part, torque * weight, len(trace)), float)
 
     expected = [of_samples(np.ones_like(torque)), of_samples(on.position / drive.usable_limit)] - average
-
-    motion, twist = element_motion(drive, trace, blocks), blocks.mean(trace.smooth_twist)
-    clearance = np.zeros(len(motion.rotation))
-    seen = part_responses(responses, motion, twist, clearance)
-    average = average_torque(drive, responses, motion, twist, clearance)
+    motion, seen, average = along(blocks)
     found = profile_steps(drive, seen, motion, average)[2 * phase : 2 * phase + 2] * np.sqrt(PHASES)
     for one, exact in zip(found, expected, strict=True):
         of_blocks = blocks.mean(exact)
