@@ -43,9 +43,10 @@ class IndependentVariable(Enum):
 class Signals(NamedTuple):
     """What effects may read; angles rad, speeds rad/s, torque N.m, temperature degC.
 
-    twist: after the kinematic effects. *_direction: sign of the change, -1, 0 or 1. elastic_torque: of the
-    contacts; known to effects at the crank, inside the drive and at the output, to states that evolve in time and to
-    those that depend on the load, None before. ratio: of the crank's angle to the output's, signed.
+    twist: after the kinematic effects; its rate and direction, and the path of states along the twist, are those of
+    crank_angle/ratio - output_angle. *_direction: sign of the change, -1, 0 or 1. elastic_torque: of the contacts;
+    known to effects at the crank, inside the drive and at the output, to states that evolve in time and to those that
+    depend on the load, None before. ratio: of the crank's angle to the output's, signed.
     """
 
     crank_angle: Expression

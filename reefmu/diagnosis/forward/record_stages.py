@@ -73,14 +73,13 @@ class RecordStages:
             "crank_direction": trace.crank_direction,
             "output_direction": trace.output_direction,
             "ratio": trace.crank_factor,
-            "twist_direction": 0.0,
+            "twist_direction": np.sign(increments(trace.smooth_twist, trace.start)),
             "elastic_torque": 0.0,
         }
         self._at = {
             place: [index for index, k in enumerate(functions) if k.effect.place is place]
             for place in {k.effect.place for k in functions}
         }
-        self._direction = np.sign(increments(trace.smooth_twist, trace.start))
         self._known: dict[int, _Contribution] = {}
 
     def run(self, p: Sequence[float]) -> tuple[MeasuredTorque, ContactOutputs]:
@@ -103,13 +102,10 @@ class RecordStages:
 
     def kinematics(self, u: Signals, p: Sequence[float]) -> Kinematics:
         """The measured twist less its zero, which is a parameter, and the kinematic effects."""
-        none = Kinematics(Dual(self.trace.twist, {}), self.trace.smooth_twist, {**u, "twist": self.trace.twist})
-        shift = Dual(p[ZERO], {ZERO: 1.0}).plus(self._total(Place.KINEMATIC, self.states.start, none, p))
-        twist, path = none.twist.plus(shift, -1.0), none.path - shift.value
-        # Only a kinematic effect changes the direction; the zero of the twist does not.
-        moved = isinstance(shift.value, np.ndarray)
-        direction = np.sign(increments(path, self.trace.start)) if moved else self._direction
-        return Kinematics(twist, path, {**u, "twist": twist.value, "twist_direction": direction})
+        measured = Kinematics(Dual(self.trace.twist, {}), {**u, "twist": self.trace.twist})
+        shift = Dual(p[ZERO], {ZERO: 1.0}).plus(self._total(Place.KINEMATIC, self.states.start, measured, p))
+        twist = measured.twist.plus(shift, -1.0)
+        return Kinematics(twist, {**u, "twist": twist.value})
 
     def advance_angles(self, x: States, _u: Signals, k: Kinematics, p: Sequence[float]) -> States:
         """See `RecordStates`."""

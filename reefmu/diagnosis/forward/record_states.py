@@ -33,11 +33,9 @@ States = tuple[tuple[Dual, ...], ...]
 
 
 class Kinematics(NamedTuple):
-    """Variable k: twist of the contacts and all compliances, rad; the path (n,) of the twist, smoothed over the noise
-    of the encoders, rad; the signals that effects may read once the twist is known."""
+    """Variable k: twist of the contacts and all compliances, rad; the signals that effects may read after it."""
 
     twist: Dual
-    path: Array
     signals: Mapping[str, Number]
 
 
@@ -71,24 +69,15 @@ class RecordStates:
         """Trajectories of the states that evolve along an angle."""
         t = self.trace
         angles = {
-            IndependentVariable.TWIST: k.path,
+            IndependentVariable.TWIST: t.smooth_twist,
             IndependentVariable.CRANK: t.crank,
             IndependentVariable.OUTPUT: t.output,
         }
         changed: dict[tuple[int, int], Dual] = {}
         for index, s in self.along_angles:
             state = self.functions[index].effect.states[s]
-            begin = self._begin(state)
-            way = increments(angles[state.independent_variable], begin)
-            moving: Tangent = {}
-            if state.independent_variable is IndependentVariable.TWIST:
-                # A constant shift of the twist moves no path.
-                moving = {
-                    i: np.sign(way) * increments(v, begin)
-                    for i, v in k.twist.tangent.items()
-                    if isinstance(v, np.ndarray)
-                }
-            changed[index, s] = self._advance(x, k, p, (index, s), np.abs(way), moving)
+            way = increments(angles[state.independent_variable], self._begin(state))
+            changed[index, s] = self._advance(x, k, p, (index, s), np.abs(way))
         return _replaced(x, changed)
 
     def advance_time(
@@ -100,7 +89,7 @@ class RecordStates:
     ) -> States:
         """Trajectories of the states that evolve in time. contacts: contact outputs at given states."""
         independent = {
-            at: self._advance(x, k, p, at, np.where(begin, 0.0, self.trace.step), {})
+            at: self._advance(x, k, p, at, np.where(begin, 0.0, self.trace.step))
             for at, begin in self._with_begin(self.in_time)
         }
         x = _replaced(x, independent)
@@ -200,9 +189,8 @@ class RecordStates:
         p: Sequence[float],
         at: tuple[int, int],
         length: Array,
-        moving: Tangent,
     ) -> Dual:
-        """One trajectory over steps of these lengths (n,). moving: derivatives of the lengths."""
+        """One trajectory over steps of these lengths (n,)."""
         i, s = at
         function, first = self.functions[i], self.slices[i].start
         begin = self._begin(function.effect.states[s])
@@ -217,8 +205,6 @@ class RecordStates:
             accumulate(tangent, {first + j: value for j, value in v.by_parameters.items()}, by)
             if not is_zero(v.by_twist):
                 accumulate(tangent, k.twist.tangent, by * v.by_twist)
-        if moving:
-            accumulate(tangent, moving, (a.value * before + b.value) * decay)
         return Dual(trajectory, propagate_tangent(decay, tangent, begin))
 
     def _begin(self, state: State) -> NDArray[np.bool_]:

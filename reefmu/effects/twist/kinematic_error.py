@@ -18,7 +18,8 @@ KINEMATIC_ERROR = Effect(
     name="kinematic_error",
     title="Transmission error of the crank's orders",
     meaning="The twist of the contacts differs from the one that crank angle and output angle give, periodically "
-    "in the crank angle. A positive value of the sum of sines is subtracted from the twist.",
+    "in the crank angle. A positive value of the sum of sines is subtracted from the twist. Friction and damping "
+    "inside the drive act along the twist between the shafts, which contains it.",
     place=Place.KINEMATIC,
     parameters=tuple(
         parameter

@@ -127,14 +127,12 @@ class Composition:
     def functions(self) -> dict[str, ca.Function]:
         """The functions initial, advance, settle, rate, output and jacobian of `reefmu.model.drive_model`, by name."""
         x, u, dt, p = (self.drive.symbols[name] for name in ("x", "u", "dt", "p"))
-        start = ca.Function("start", [u, self.drive.k, p], [self.drive.initial()])
-        initial = start.call([u, self.chain([KINEMATICS], "k"), p], True, False)[0]
         advance = self.chain([KINEMATICS, *self.advance_order], "x")
         settle = self.chain([KINEMATICS, *CONTACT_EQUILIBRIUM, SETTLE], "x")
         rate = self.chain([KINEMATICS, *CONTACT_EQUILIBRIUM, RATE], "dx")
         output = self.chain([KINEMATICS, *CONTACT_EQUILIBRIUM, OUTPUT], "y")
         return {
-            "initial": ca.Function("initial", [u, p], [initial], ["u", "p"], ["x"]),
+            "initial": ca.Function("initial", [u, p], [self.drive.initial()], ["u", "p"], ["x"]),
             "advance": ca.Function("advance", [x, u, dt, p], [advance], ["x", "u", "dt", "p"], ["x_next"]),
             "settle": ca.Function("settle", [x, u, p], [settle], ["x", "u", "p"], ["x_rest"]),
             "rate": ca.Function("rate", [x, u, p], [rate], ["x", "u", "p"], ["dx"]),

@@ -79,12 +79,12 @@ class DriveExpressions:
         """Derivative of that twist by the crank's angle; that by the output's is -1."""
         return self.k[1]
 
-    def angle(self, variable: IndependentVariable, signals: Signals) -> ca.MX:
-        """The angle that a state evolves along."""
+    def angle(self, variable: IndependentVariable) -> ca.MX:
+        """The angle that a state evolves along; the twist is that between the shafts, with the kinematic error."""
         return {
-            IndependentVariable.TWIST: signals.twist,
-            IndependentVariable.CRANK: signals.crank_angle,
-            IndependentVariable.OUTPUT: signals.output_angle,
+            IndependentVariable.TWIST: self._input_signals.twist,
+            IndependentVariable.CRANK: self._input_signals.crank_angle,
+            IndependentVariable.OUTPUT: self._input_signals.output_angle,
         }[variable]
 
     def states_of(self, effect: Effect) -> dict[str, ca.MX]:
@@ -114,8 +114,8 @@ class DriveExpressions:
     # -- stages ---------------------------------------------------------------------------------------------
 
     def initial(self) -> ca.MX:
-        """States that fit inputs and kinematics: the angles at their present value, the effects' own at zero."""
-        start = [self.angle(variable, self.signals) for variable in self.angles]
+        """States that fit the inputs: the angles at their present value, the effects' own at zero."""
+        start = [self.angle(variable) for variable in self.angles]
         return ca.vertcat(*start, ca.MX.zeros(self.x.numel() - len(start)))
 
     def kinematics(self) -> ca.MX:
@@ -152,9 +152,11 @@ class DriveExpressions:
             after[place] = after[before] + part if sign > 0 else after[before] - part
         outputs = {
             "output.tau": after[Place.OUTPUT],
-            # Virtual work: the crank carries the torque inside the drive times the twist's derivative by its angle, and
-            # overcomes the friction of the transmission.
-            "crank.tau": -inner * self.twist_by_crank - self.total(Place.CRANK, signals),
+            # Virtual work: the crank carries each torque inside the drive times the derivative by its angle of the
+            # twist that the torque acts along, and overcomes the friction of the transmission.
+            "crank.tau": -elastic * self.twist_by_crank
+            - (inner - elastic) / self.ratio
+            - self.total(Place.CRANK, signals),
             "twist": signals.crank_angle / self.ratio - signals.output_angle,
             "stiffness": by_torque * stiffness + by_twist,
             "max_contact_force": force,

@@ -28,7 +28,7 @@ def advance_loaded(drive: DriveExpressions) -> ca.MX:
 
 def _advance_along_angles(drive: DriveExpressions, signals: Signals, *, under_load: bool) -> ca.MX:
     waiting = angles_under_load(drive.effects)
-    change = {variable: drive.angle(variable, signals) - drive.x[k] for k, variable in enumerate(drive.angles)}
+    change = {variable: drive.angle(variable) - drive.x[k] for k, variable in enumerate(drive.angles)}
     signals = signals._replace(
         twist_direction=ca.sign(change.get(IndependentVariable.TWIST, ca.MX(0))),
         crank_direction=ca.sign(change.get(IndependentVariable.CRANK, ca.MX(0))),
@@ -47,9 +47,7 @@ def _advance_along_angles(drive: DriveExpressions, signals: Signals, *, under_lo
             value, length = value + direction * elastic, length - elastic
         return value + (a * value + b) * length * _exponential_mean(ca.MX(a) * length)
 
-    angles = (
-        drive.angle(v, signals) if (v in waiting) is under_load else drive.x[k] for k, v in enumerate(drive.angles)
-    )
+    angles = (drive.angle(v) if (v in waiting) is under_load else drive.x[k] for k, v in enumerate(drive.angles))
     return ca.vertcat(*angles, *_of_effects(drive, advance))
 
 
@@ -97,11 +95,8 @@ def settle(drive: DriveExpressions) -> ca.MX:
 def rate(drive: DriveExpressions) -> ca.MX:
     """dx/dt: the equations along the independent variables times the speeds along them."""
     signals = drive.signals._replace(elastic_torque=drive.c[0])
-    # The kinematic error also turns with the crank.
-    twist_rate = drive.twist_by_crank * signals.crank_speed - signals.output_speed
-    signals = signals._replace(twist_direction=ca.sign(twist_rate))
     rates = {
-        IndependentVariable.TWIST: twist_rate,
+        IndependentVariable.TWIST: signals.twist_rate,
         IndependentVariable.CRANK: signals.crank_speed,
         IndependentVariable.OUTPUT: signals.output_speed,
     }

@@ -52,7 +52,8 @@ static void read_motion(const mjModel *m, const mjData *d, Gear *gear) {
 
 /* The present value of the angle that a stored angle follows. */
 static double angle_along(const Evaluation *at, int path) {
-    return path == PATH_TWIST ? at->k[0] : at->u[path == PATH_CRANK ? U_CRANK_ANGLE : U_OUTPUT_ANGLE];
+    if (path == PATH_TWIST) return at->u[U_CRANK_ANGLE] / at->p[RATIO_PARAMETER] - at->u[U_OUTPUT_ANGLE];
+    return at->u[path == PATH_CRANK ? U_CRANK_ANGLE : U_OUTPUT_ANGLE];
 }
 
 /* Whether the states are those of the present angles already, as at the beginning of every step. */

@@ -84,6 +84,23 @@ def test_damping_follows_the_rate_of_the_twist(
     assert tau == pytest.approx(lookup.torque(trajectory.twist) + 70.0 * rate, abs=NM)
 
 
+def test_friction_inside_the_drive_follows_the_twist_with_its_kinematic_error(
+    build: Build, trajectory: Trajectory, lookup: Lookup, drive: sm.Drive
+) -> None:
+    contact = trajectory.twist - 1e-3 * np.sin(trajectory.crank)
+    z = presliding_deflection(trajectory.twist, 6e-5)
+    assert np.abs(z - presliding_deflection(contact, 6e-5)).max() > 1
+    rate = trajectory.inputs[:, 1] / drive.ratio - trajectory.inputs[:, 3]
+    tau = response(
+        build,
+        trajectory,
+        kinematic_error={"amplitude_1": 1e-3},
+        hysteresis={"torque": 5.0, "presliding": 6e-5},
+        damping={"coefficient": 70.0},
+    )["output.tau"]
+    assert tau == pytest.approx(lookup.torque(contact) + 5.0 * z + 70.0 * rate, abs=NM)
+
+
 def test_friction_opposes_the_motion_of_the_output(build: Build, trajectory: Trajectory, lookup: Lookup) -> None:
     elastic, z, speed = (
         lookup.torque(trajectory.twist),

@@ -216,13 +216,14 @@ def test_signals_are_named_as_the_contract(model: DriveModel, lossy: JointModel)
 def test_python_control_integrates_as_our_own_integrator(lossy: JointModel) -> None:
     start, u = lossy.equilibrium(-80.0)
     start[3] += 0.05
-    own = simulate_joint(lossy, lambda _t, _x: (float(u[0]), -80.0), step=2e-4, duration=0.01, start=start)
+    # Either method is of the first order only across a reversal of the twist: short steps make it negligible.
+    own = simulate_joint(lossy, lambda _t, _x: (float(u[0]), -80.0), step=2e-4, duration=0.01, start=start, substeps=20)
     held = np.repeat(u[:, None], len(own.time), axis=1)
     theirs = ct.input_output_response(
         joint_system(lossy), own.time, held, start, solve_ivp_kwargs={"max_step": 2e-4, "rtol": 1e-8, "atol": 1e-11}
     )
     scale = np.ptp(own.values, axis=0)
-    assert np.abs(np.asarray(theirs.outputs).T - own.values).max(axis=0) == pytest.approx(0, abs=2e-5 * scale.max())
+    assert np.abs(np.asarray(theirs.outputs).T - own.values).max(axis=0) == pytest.approx(0, abs=2e-6 * scale.max())
     assert np.abs(np.asarray(theirs.outputs)[2] - own["output.phi"]).max() < 1e-5 * np.ptp(own["output.phi"])
 
 
