@@ -10,6 +10,7 @@ from types import MappingProxyType
 from stiffness_model.errors import unknown_name
 
 from .base import (
+    FORM_UNCERTAINTY,
     ConfoundingGroup,
     Effect,
     Identification,
@@ -100,6 +101,7 @@ def separating_test(first: str, second: str) -> str:
 
 __all__ = [
     "EFFECTS",
+    "FORM_UNCERTAINTY",
     "IndependentVariable",
     "Effect",
     "ConfoundingGroup",

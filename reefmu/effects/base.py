@@ -129,6 +129,10 @@ class ToleranceSignature(Enum):
     RIPPLE = "a ripple over the angle of the crank"
 
 
+FORM_UNCERTAINTY = 0.005
+"""Standard deviation of a parameter, over its value, due to the form of the effect's law. Chosen by judgement."""
+
+
 @dataclass(frozen=True)
 class Identification:
     """What a fit to a measured record needs to know of an effect besides its equations.
@@ -138,7 +142,8 @@ class Identification:
     sign_pair: the effect that is the same quantity with the other sign. limit_of: the more general effect of which this
     one is a limit. separated_from: names of other effects, each with the test that tells the two apart. shown_by: the
     test that shows the effect alone, where it differs from its excitation. not_a_candidate: why no record can show the
-    effect, as part of a sentence; empty for an effect that a diagnosis may name.
+    effect, as part of a sentence; empty for an effect that a diagnosis may name. form_uncertainty: see
+    `FORM_UNCERTAINTY`.
     """
 
     requirements: tuple[Requirement, ...] = ()
@@ -149,6 +154,7 @@ class Identification:
     separated_from: tuple[tuple[str, str], ...] = ()
     shown_by: str = ""
     not_a_candidate: str = ""
+    form_uncertainty: float = FORM_UNCERTAINTY
 
 
 @dataclass(frozen=True, repr=False)

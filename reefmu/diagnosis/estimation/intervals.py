@@ -32,8 +32,6 @@ from .least_squares import Fit, FitOptions, is_logarithmic, may_be_infinite
 from .problem import Problem
 from .residuals import segments
 
-FORM_UNCERTAINTY = 0.005
-"""Standard deviation of a parameter, over its value, due to the form of the effect's law. Chosen by judgement."""
 CONFIDENCE, NORMAL_QUANTILE = 0.95, 1.96
 """Confidence of the intervals, and the normal distribution's quantile for it."""
 ONE_SIDED_QUANTILE = 1.645

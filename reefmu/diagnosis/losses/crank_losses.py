@@ -28,8 +28,9 @@ from scipy.special import stdtrit
 
 from stiffness_model.numerics.arrays import Array
 
+from ...effects import FORM_UNCERTAINTY
 from ...record import Record
-from ..estimation.intervals import CONFIDENCE, FORM_UNCERTAINTY
+from ..estimation.intervals import CONFIDENCE
 from ..fitted_values import CrankLosses, EfficiencyAtLoad, Value
 from .sliding_samples import LEAST, SlidingSamples, sliding_samples
 

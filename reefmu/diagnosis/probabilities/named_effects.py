@@ -9,7 +9,7 @@ import numpy as np
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import Parameter, find_effect
-from ..estimation.intervals import FORM_UNCERTAINTY, bound_reached, interval_errors, one_sided_limit
+from ..estimation.intervals import bound_reached, interval_errors, one_sided_limit
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import torque_without
@@ -29,13 +29,14 @@ def named_effects(problem: Problem, fit: Fit, base: Fit, rivals: Sequence[Rival]
 def _named_effect(
     problem: Problem, fit: Fit, name: str, base: Fit, errors: Array, rivals: Sequence[Rival]
 ) -> NamedEffect:
-    where, parameters = problem.layout(fit.names).effects[name], find_effect(name).parameters
+    where, effect = problem.layout(fit.names).effects[name], find_effect(name)
     variables = fit.bounds.to_free(fit.parameters)
     lows, highs, own_errors = variables.copy(), variables.copy(), errors.copy()
-    for k, p in enumerate(parameters):
+    for k, p in enumerate(effect.parameters):
         at, is_phase = where.start + k, p.name.startswith("phase")
         # The form of the law affects every parameter but a phase, which is no size.
-        form = 0.0 if is_phase else FORM_UNCERTAINTY * (1.0 if fit.bounds.logarithmic[at] else abs(variables[at]))
+        size = 1.0 if fit.bounds.logarithmic[at] else abs(variables[at])
+        form = 0.0 if is_phase else effect.identification.form_uncertainty * size
         own_errors[at] = np.hypot(errors[at], form)
         # Phases that differ by a turn are the same, so that their average says nothing.
         others = () if is_phase else rivals
@@ -43,7 +44,7 @@ def _named_effect(
     ends = np.stack([fit.bounds.to_parameters(lows), fit.bounds.to_parameters(highs)], axis=1)[where]
     values = {
         p.name: _value(fit, where.start + k, p, float(own_errors[where.start + k]), *ends[k].tolist())
-        for k, p in enumerate(parameters)
+        for k, p in enumerate(effect.parameters)
     }
     return NamedEffect(name, values, float(np.clip(_share(problem, fit, name, base), 0.0, 1.0)))
 

@@ -1,6 +1,12 @@
 """Structural compliance: a linear spring in series with the contacts (shafts, bearings, housing)."""
 
+import math
+
 from ..base import ConfoundingGroup, Effect, Identification, Parameter, Place, ToleranceSignature
+
+LEAST_EXPONENT = 0.9
+"""Exponent of the twist over the load of a spring of line contacts alone, as rollers in bearings are (Palmgren; Harris,
+Rolling Bearing Analysis); that of shafts and housings is 1."""
 
 STRUCTURAL_COMPLIANCE = Effect(
     name="structural_compliance",
@@ -17,6 +23,9 @@ STRUCTURAL_COMPLIANCE = Effect(
         confounding_groups=(ConfoundingGroup.COMPLIANCE,),
         tolerance_signature=ToleranceSignature.CURVE,
         limit_of="creep",
+        # At full torque the slope is the exponent times the compliance: the root mean square of the difference over
+        # exponents that are equally likely.
+        form_uncertainty=(1 - LEAST_EXPONENT) / math.sqrt(3),
         separated_from=(
             (
                 "modulus_error",

@@ -66,6 +66,21 @@ def test_a_single_effect_is_named_with_its_size(name: str, size: dict[str, float
 
 
 @pytest.mark.slow
+def test_the_compliance_of_line_contacts_is_inside_the_interval_of_a_linear_spring() -> None:
+    """Rollers deflect with the power 0.9 of their load: the linear spring that fits best has not the compliance at full
+    torque."""
+    record = rig.measured({}, seed=5)
+    torque, full = record.output_torque, rig.drive_torque()
+    compliance = 1e-6
+    twist = compliance * np.sign(torque) * np.abs(torque) ** 0.9 * full**0.1
+    found = diagnose_record(replace(record, output_angle=record.output_angle - twist), drive=rig.drive())
+    assert names(found) == {"structural_compliance"}
+    shown = found.effects[0].parameters["compliance"]
+    assert shown.value > 1.03 * compliance
+    assert shown.low <= compliance <= shown.high
+
+
+@pytest.mark.slow
 def test_two_effects_are_named_and_the_files_written(tmp_path: Path) -> None:
     record = rig.measured({"backlash": {"clearance": 4e-6}, "hysteresis": {"torque": 4.0}}, seed=4)
     found = diagnose_record(record, drive=rig.drive(), out=tmp_path / "out")
