@@ -59,9 +59,10 @@ def rows(seed: int, numbers: Sequence[int], workers: int) -> Iterator[dict[str, 
             yield future.result()
 
 
-def read_rows(path: Path) -> list[dict[str, Any]]:
-    """Rows of a results file, by case number."""
-    found = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+def read_rows(*paths: Path) -> list[dict[str, Any]]:
+    """Rows of results files, by seed and case number."""
+    lines = [line for path in paths for line in path.read_text(encoding="utf-8").splitlines()]
+    found = [json.loads(line) for line in lines if line.strip()]
     return sorted(found, key=lambda row: (row["truth"]["seed"], row["truth"]["number"]))
 
 
@@ -82,10 +83,10 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--out", type=Path, help="results, a line a case; cases that it already holds are left out")
-    parser.add_argument("--score", type=Path, metavar="FILE", help="print the tables of a results file")
+    parser.add_argument("--score", type=Path, nargs="+", metavar="FILE", help="print the tables of results files")
     options = parser.parse_args(arguments)
     if options.score is not None:
-        print(score(read_rows(options.score)))
+        print(score(read_rows(*options.score)))
         return
     # One thread a process, set before NumPy is imported by the workers: the pool is the parallelism.
     for name in THREADS:

@@ -15,6 +15,8 @@ from .judging import Outcome
 Pick = Callable[[Outcome], bool]
 Rows = Sequence[Outcome]
 BINS = 10
+N_DRAWN = 500
+"""Draws of what is right, from which the calibration error by chance follows."""
 
 
 def _of(*categories: str) -> Pick:
@@ -124,6 +126,19 @@ def calibration(pairs: Sequence[tuple[float, bool]]) -> tuple[float, list[tuple[
     return round(error, 6), bins
 
 
+def calibration_by_chance(said: Sequence[float]) -> tuple[float, float]:
+    """Expected calibration error of hypotheses that are right exactly as often as is said of them, since so few have
+    other frequencies: its mean and its 95 % quantile.
+
+    >>> calibration_by_chance([1.0, 0.0])
+    (0.0, 0.0)
+    """
+    rng = np.random.default_rng(0)
+    drawn = (list(zip(said, (rng.random(len(said)) < np.array(said)).tolist(), strict=True)) for _ in range(N_DRAWN))
+    errors = [calibration(pairs)[0] for pairs in drawn]
+    return float(np.mean(errors)), float(np.quantile(errors, 0.95))
+
+
 def reliability(rows: Rows) -> str:
     """Probability said against frequency right, of the likeliest hypotheses, of all, and of named effects."""
     kinds = (
@@ -137,7 +152,11 @@ def reliability(rows: Rows) -> str:
             lines.append(f"{title}: no probabilities in these answers")
             continue
         error, bins = calibration(pairs)
-        lines.append(f"{title}: expected calibration error {error:.3f} (reach 0.03), {len(pairs)} probabilities")
+        mean, most = calibration_by_chance([said for said, _ in pairs])
+        by_chance = f"{mean:.3f} by chance, less than {most:.3f} in 95 %"
+        lines.append(
+            f"{title}: expected calibration error {error:.3f} (reach 0.03; {by_chance}), {len(pairs)} probabilities"
+        )
         lines += [f"  said {mean:.3f}  right {_rate(hits, count)}" for mean, _, hits, count in bins]
     values = [o.global_p for o in rows if o.global_p is not None and o.exact]
     if values:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tests.validation.blind_individuals.__main__ import score
-from tests.validation.blind_individuals.figures import calibration
+from tests.validation.blind_individuals.figures import calibration, calibration_by_chance
 from tests.validation.blind_individuals.judging import judge
 
 
@@ -126,6 +127,15 @@ def test_calibration_is_the_mean_distance_from_the_diagonal():
     perfect = [(0.75, True)] * 3 + [(0.75, False)]
     assert calibration(perfect)[0] == 0
     assert calibration([(1.0, False)] * 5)[0] == 1
+
+
+def test_few_answers_look_miscalibrated_by_chance():
+    """Of n answers in one bin the frequency deviates by sqrt(2/pi) standard deviations in the mean."""
+    for n in (25, 400):
+        mean, most = calibration_by_chance([0.75] * n)
+        deviation = np.sqrt(0.75 * 0.25 / n)
+        assert mean == pytest.approx(np.sqrt(2 / np.pi) * deviation, rel=0.15)
+        assert most == pytest.approx(1.96 * deviation, rel=0.15)
 
 
 def test_tables_with_and_without_probabilities():
