@@ -73,8 +73,9 @@ def simulate_noise(problem: Problem, count: int, rng: np.random.Generator) -> Ar
     samples = round(float(np.median(problem.blocks.count)))
     known, n = problem.noise.correlation, len(problem.torque)
     drawn = known.draw_of_means(samples, n, count, rng) / known.of_means(samples, 1)
-    # That of a variance from so many samples, halved for its root and doubled because differences of cycles gave it.
-    level = np.exp(rng.standard_normal(count) / np.sqrt(problem.noise.samples))
+    # That of a variance from so many means, halved for its root and doubled because differences of cycles gave it.
+    independent = problem.noise.samples / (samples * known.dependence_of_means(samples))
+    level = np.exp(rng.standard_normal(count) / np.sqrt(independent))
     series = _stationary(drawn, rng) * level
     if problem.cycle_scatter is None:
         return np.sqrt(problem.block_variance)[:, None] * series

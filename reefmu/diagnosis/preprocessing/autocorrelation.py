@@ -52,6 +52,16 @@ class Autocorrelation:
         """
         return self._of_mixtures(count, lags) @ self.probability
 
+    def dependence_of_means(self, count: int) -> float:
+        """Means of `count` neighbouring samples each that say as much of their variance as one independent value: the
+        sum of their squared autocorrelation over all lags.
+
+        >>> Autocorrelation(2.0).dependence_of_means(4)
+        1.0
+        """
+        found = self.of_means(count, MAX_SEGMENT)
+        return float(2 * ((found / found[0]) ** 2).sum() - 1)
+
     def draw_of_means(self, count: int, lags: int, number: int, rng: np.random.Generator) -> Array:
         """(lags, number), the same of so many mixtures, drawn by their probability."""
         return self._of_mixtures(count, lags)[:, rng.choice(len(self.probability), number, p=self.probability)]

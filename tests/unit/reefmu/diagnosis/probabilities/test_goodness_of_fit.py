@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
@@ -44,7 +45,7 @@ def test_simulated_noise_has_the_variance_and_the_correlation_that_were_estimate
     """Slow noise beside white noise, as an encoder adds to that of a torque sensor, in blocks of four samples."""
     slow, white = (np.eye(1, len(LAG_ONE_CORRELATIONS), LAG_ONE_CORRELATIONS.index(rho)) for rho in (0.97, 0.0))
     problem = fitted.problem
-    noise = replace(problem.noise, correlation=Autocorrelation(1.0, 0.6 * slow + 0.4 * white))
+    noise = replace(problem.noise, correlation=Autocorrelation(1.0, 0.6 * slow + 0.4 * white), samples=10**7)
     blocks = replace(problem.blocks, count=np.full(len(problem.torque), 4.0))
     found = simulate_noise(replace(problem, noise=noise, blocks=blocks), 4000, np.random.default_rng(0))
     assert np.allclose(np.var(found, axis=1), problem.block_variance, rtol=0.15)
@@ -54,11 +55,22 @@ def test_simulated_noise_has_the_variance_and_the_correlation_that_were_estimate
         assert np.mean(scaled[lag:] * scaled[:-lag]) == pytest.approx(expected[lag] / expected[0], abs=0.02)
 
 
-def test_simulated_noise_has_the_error_of_its_level(fitted: Fitted) -> None:
-    noise = replace(fitted.problem.noise, correlation=Autocorrelation(1.0), samples=50)
-    found = simulate_noise(replace(fitted.problem, noise=noise), 400, np.random.default_rng(0))
-    level = np.log(np.sqrt(np.mean(found**2 / fitted.problem.block_variance[:, None], axis=0)))
-    assert float(np.std(level)) == pytest.approx(50**-0.5, rel=0.15)
+@pytest.mark.parametrize("correlation", [0.0, 0.91])
+def test_simulated_noise_has_the_error_of_its_level(fitted: Fitted, correlation: float) -> None:
+    """That of the variance of block means, of which a record with slow noise has fewer that are independent."""
+    count, samples, n = 4, 2400, len(fitted.problem.torque)
+    shares = np.eye(1, len(LAG_ONE_CORRELATIONS), LAG_ONE_CORRELATIONS.index(correlation))
+    noise = replace(fitted.problem.noise, correlation=Autocorrelation(1.0, shares), samples=samples)
+    blocks = replace(fitted.problem.blocks, count=np.full(n, float(count)))
+    found = simulate_noise(replace(fitted.problem, noise=noise, blocks=blocks), 2000, np.random.default_rng(0))
+    level = np.log(np.mean(found**2 / fitted.problem.block_variance[:, None], axis=0))
+    # Noise of one level: the mean squares of its block means deviate as those of `samples` samples do.
+    white = np.random.default_rng(1).standard_normal((1000, samples + 400))
+    slow = lfilter([np.sqrt(1 - correlation**2)], [1, -correlation], white)[:, 400:]
+    squares = np.mean(slow.reshape(len(slow), -1, count).mean(axis=2) ** 2, axis=1)
+    estimate = float(np.var(np.log(squares)))
+    own = estimate * samples / (count * n)
+    assert float(np.var(level)) == pytest.approx(2 * estimate + own, rel=0.15)
 
 
 @pytest.fixture(scope="module")
