@@ -30,11 +30,21 @@ def global_p(problem: Problem, fit: Fit, seed: int = 0) -> float:
 
 def p_value(problem: Problem, fit: Fit, residual: Array, seed: int = 0) -> float:
     """The p-value of a residual (n,), N.m, beside a fit."""
-    basis = absorbing_basis(fit.weighting, fit.prediction.sensitivities, fit.bounds.prior_deviation)
+    measured = float(squares_left(fit, residual[:, None])[0])
+    return float((1 + (simulated_squares(problem, fit, seed) >= measured).sum()) / (1 + N_RECORDS))
+
+
+def simulated_squares(problem: Problem, fit: Fit, seed: int = 0) -> Array:
+    """(N_RECORDS,) whitened sums of squares of records of drives that are what a fit says."""
     records = simulate_records(problem, N_RECORDS, seed).under(fit.weighting, fit.prediction.contacts.gain)
-    records = records + _unknown_forms(fit.weighting, problem.base.full_torque, seed)
-    measured = float(_left(fit.weighting, basis, residual[:, None])[0])
-    return float((1 + (_left(fit.weighting, basis, records) >= measured).sum()) / (1 + N_RECORDS))
+    return squares_left(fit, records + _unknown_forms(fit.weighting, problem.base.full_torque, seed))
+
+
+def squares_left(fit: Fit, values: Array) -> Array:
+    """(k,) whitened sums of squares of values (n, k), N.m, beside the parameters of a fit."""
+    basis = absorbing_basis(fit.weighting, fit.prediction.sensitivities, fit.bounds.prior_deviation)
+    white = fit.weighting.whiten(values)
+    return ((white - basis @ (basis.T @ white)) ** 2).sum(axis=0)
 
 
 def _unknown_forms(weighting: Weighting, full_torque: float, seed: int) -> Array:
@@ -44,9 +54,3 @@ def _unknown_forms(weighting: Weighting, full_torque: float, seed: int) -> Array
     rng = np.random.default_rng(np.random.SeedSequence([seed, N_RECORDS, len(deviation)]))
     sizes = deviation[:, None] * rng.standard_normal((len(deviation), N_RECORDS))
     return (weighting.basis @ sizes) / weighting.scale[:, None]
-
-
-def _left(weighting: Weighting, basis: Array, values: Array) -> Array:
-    """(k,) whitened sums of squares of values (n, k), N.m, beside parameters with a basis (n, p)."""
-    white = weighting.whiten(values)
-    return ((white - basis @ (basis.T @ white)) ** 2).sum(axis=0)

@@ -1,0 +1,24 @@
+"""The benchmark of what is unnamed: the distance of a torque that the parameters of a fit cannot make."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.benchmarks.probabilities.bench_unnamed_power import Outcome, report, unnamed_torque
+from tests.validation.blind_individuals.catalogue import case
+
+
+def test_the_unnamed_torque_is_none_where_nothing_is_unnamed() -> None:
+    number = next(n for n in range(90) if not case(n, 25).foreign)
+    assert not unnamed_torque(number, 25).any()
+
+
+def test_the_table_counts_records_by_distance(capsys: pytest.CaptureFixture[str]) -> None:
+    near, far = (
+        Outcome("1/1", True, "none", 3.0, 0.7, 0.05, False),
+        Outcome("1/2", True, "unknown", 90.0, 1.0, 1.0, True),
+    )
+    report([near, far])
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()[1:]]
+    assert rows[0] == ["0", "to", "10", "1", "0.70", "0.05", "0.00"]
+    assert rows[-1] == ["0", "to", "inf", "2", "0.85", "0.53", "0.50"]
