@@ -112,7 +112,7 @@ def _analyse(
         told_apart = pool.map(_told_apart, [sent])
         report("result", 0.95)
         written = WrittenFits(written_fit(problem, base), written_fit(problem, chosen))
-        gap = measure_gap(problem, record, written, found.held_out)
+        gap = measure_gap(problem, record, trace, written, found.held_out)
         if refusal := base_refusal(problem, chosen, gap):
             # Losses follow from the torques alone, whatever the base curve.
             refused = insufficient_diagnosis(audited, [refusal], gap)

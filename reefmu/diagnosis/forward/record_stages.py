@@ -14,7 +14,6 @@ from .effect_functions import Dual, EffectFunctions, Partials, Tangent, accumula
 from .parameter_layout import ZERO
 from .record_contacts import Coefficients, ContactOutputs, ContactPoint, RecordContacts
 from .record_states import Kinematics, RecordStates, States
-from .trajectory import increments
 from .vectorised import Number
 
 Signals = Mapping[str, Number]
@@ -73,7 +72,7 @@ class RecordStages:
             "crank_direction": trace.crank_direction,
             "output_direction": trace.output_direction,
             "ratio": trace.crank_factor,
-            "twist_direction": np.sign(increments(trace.smooth_twist, trace.start)),
+            "twist_direction": trace.twist_direction,
             "elastic_torque": 0.0,
         }
         self._at = {

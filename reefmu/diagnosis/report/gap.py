@@ -21,16 +21,16 @@ from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
 from ..estimation.residuals import predicted_scatter
 from ..forward.parameter_layout import ZERO
-from ..preprocessing.trace import Trace, make_trace
+from ..preprocessing.trace import Trace
 from ..schema import Gap
 from .corrected_model import corrected_model, simulated_torque, written_fit
 
 
-def measure_gap(problem: Problem, record: Record, written: WrittenFits, held: Sequence[Fit]) -> Gap:
+def measure_gap(problem: Problem, record: Record, trace: Trace, written: WrittenFits, held: Sequence[Fit]) -> Gap:
     """The gap over all samples of a record.
 
-    held: the fits without and with the named effects to the runs that were not held out (`fits_without_held_out`),
-    empty where no effect is named.
+    trace: its signals as measured; that of the problem has the twist of the neighbours. held: the fits without and with
+    the named effects to the runs that were not held out (`fits_without_held_out`), empty where no effect is named.
     """
     base, chosen = written.base, written.corrected
     samples = problem.blocks.spread(held_out_blocks(problem))
@@ -39,8 +39,6 @@ def measure_gap(problem: Problem, record: Record, written: WrittenFits, held: Se
     if problem.cycle_scatter is not None:
         variance = variance + problem.cycle_scatter.variance
     noise = float(np.sqrt(np.average(variance, weights=problem.blocks.count)))
-    # The problem's trace has the twist of the neighbours; a reader compares with what was measured.
-    trace = make_trace(record, problem.trace.ratio)
     before = after = simulated_residual(problem, trace, base)
     held_before = held_after = _rms(before[samples])
     if held:
