@@ -24,11 +24,6 @@ def drive() -> Drive:
     return load_drive("drive_1")
 
 
-def drive_torque() -> float:
-    """Mean torque of the drive at its greatest twist, N.m."""
-    return cached_lookup(drive()).full_torque
-
-
 def _triangle(cycles: int, samples: int) -> Array:
     phase = np.arange(cycles * samples) / samples
     return 2 / np.pi * np.arcsin(np.sin(2 * np.pi * phase))

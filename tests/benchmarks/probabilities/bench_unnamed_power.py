@@ -13,11 +13,10 @@ from __future__ import annotations
 
 import argparse
 import itertools
-import json
 import sys
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -105,7 +104,6 @@ def main() -> None:
     parser.add_argument("--second", type=int, default=90, help="records of the second generator")
     parser.add_argument("--seed", type=int, nargs="+", default=[25], help="of its catalogues")
     parser.add_argument("--workers", type=int, default=2, help="processes")
-    parser.add_argument("--out", type=Path, help="file for the outcomes, one JSON object a line")
     given = parser.parse_args()
     outcomes: list[Outcome] = []
     with ProcessPoolExecutor(given.workers) as pool:
@@ -113,8 +111,6 @@ def main() -> None:
             if found is not None:
                 print(found, flush=True)
                 outcomes.append(found)
-    if given.out is not None:
-        given.out.write_text("".join(json.dumps(asdict(o)) + "\n" for o in outcomes), "utf-8")
     report(outcomes)
 
 

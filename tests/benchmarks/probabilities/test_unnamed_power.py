@@ -8,9 +8,10 @@ from tests.benchmarks.probabilities.bench_unnamed_power import Outcome, report, 
 from tests.validation.blind_individuals.catalogue import case
 
 
-def test_the_unnamed_torque_is_none_where_nothing_is_unnamed() -> None:
-    number = next(n for n in range(90) if not case(n, 25).foreign)
-    assert not unnamed_torque(number, 25).any()
+@pytest.mark.parametrize("something", [True, False])
+def test_there_is_a_torque_where_something_is_unnamed(something: bool) -> None:
+    number = next(n for n in range(90) if bool(case(n, 25).foreign) == something)
+    assert unnamed_torque(number, 25).any() == something
 
 
 def test_the_table_counts_records_by_distance(capsys: pytest.CaptureFixture[str]) -> None:

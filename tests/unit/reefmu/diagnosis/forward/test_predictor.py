@@ -20,7 +20,7 @@ from tests import diagnosis_rig as rig
 
 SETS = [
     ("backlash", "hysteresis", "torque_sensor_drift", "wear"),
-    ("kinematic_error", "structural_compliance", "coulomb_friction", "damping"),
+    ("kinematic_error", "structural_compliance", "coulomb_friction", "damping", "hysteresis"),
     ("preload", "thermal_clearance", "load_dependent_hysteresis", "stribeck_friction"),
     ("missing_ball", "modulus_error", "viscous_friction", "torque_sensor_offset"),
     ("creep", "structural_compliance"),
