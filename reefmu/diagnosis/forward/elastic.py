@@ -7,9 +7,11 @@ the values with those of `Lookup.torque`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from stiffness_model.lookup.build_lookup import Lookup
@@ -58,19 +60,23 @@ class SplineTable:
             value, by_x = _along(strip @ along_y, i, f)
             by_y = _along(strip @ slope_y, i, f)[0] if by_second else 0.0
             return value, by_x / first.step, by_y
-        inside = np.clip(f, 0.0, 1.0)
-        along_x, slope_x = weights(f, inside), slope_weights(inside)
-        j, along_y, slope_y = across(second, y)
-        flat, width = self.coefficients.ravel(), self.coefficients.shape[1]
-        value, by_x, by_y = np.zeros((3, len(x)))
-        for a in range(4):
-            at = (i + a) * width + j
-            cells = [np.take(flat, at + b, mode="clip") for b in range(4)]
-            row = sum(along_y[b] * cells[b] for b in range(4))
-            value += along_x[a] * row
-            by_x += slope_x[a] * row
-            by_y += along_x[a] * sum(slope_y[b] * cells[b] for b in range(4))
+        j, g = locate(second, y)
+        held = np.clip(g, 0.0, 1.0)
+        # All indices are valid; mode "clip" skips the check.
+        cells = np.take(self._powers, i * second.cells + j, axis=0, mode="clip")
+        by_powers = np.ascontiguousarray(cells.T).reshape(4, 4, -1)
+        row, row_slope = _horner(by_powers, held)
+        value, by_x = _beyond(row, f)
+        by_y = _beyond(row_slope, f)[0] * ((g >= 0) & (g <= 1)) / second.step
         return value, by_x / first.step, by_y
+
+    @cached_property
+    def _powers(self) -> Array:
+        """(cells, 16) coefficients of each cell's polynomial: of every power of its second coordinate those of the
+        powers of the first."""
+        windows = np.ascontiguousarray(sliding_window_view(self.coefficients, (4, 4)))
+        by_first = _POWERS @ windows @ _POWERS.T
+        return by_first.swapaxes(-1, -2).reshape(-1, 16)
 
 
 _THIRDS = np.arange(4) / 3
@@ -79,13 +85,22 @@ _POWERS = np.linalg.solve(np.vander(_THIRDS, increasing=True), np.stack(weights(
 
 
 def _along(curve: Array, i: NDArray[np.intp], f: Array) -> tuple[Array, Array]:
-    """Value and derivative by f of a spline (size,) at coordinate f (n,) of cell i (n,), by Horner's rule."""
-    inside = np.clip(f, 0.0, 1.0)
+    """Value and derivative by f of a spline (size,) at coordinate f (n,) of cell i (n,)."""
     cells = len(curve) - 3
-    # All indices are valid; mode "clip" skips the check.
-    a, b, c, d = np.take(_POWERS @ np.stack([curve[k : k + cells] for k in range(4)]), i, axis=1, mode="clip")
-    slope = (3 * d * inside + 2 * c) * inside + b
-    return ((d * inside + c) * inside + b) * inside + a + (f - inside) * slope, slope
+    return _beyond(np.take(_POWERS @ np.stack([curve[k : k + cells] for k in range(4)]), i, axis=1, mode="clip"), f)
+
+
+def _beyond(powers: Array, f: Array) -> tuple[Array, Array]:
+    """Value and derivative by f of polynomials with coefficients (4, n) at f (n,), straight lines beyond 0 to 1."""
+    inside = np.clip(f, 0.0, 1.0)
+    value, slope = _horner(powers, inside)
+    return value + (f - inside) * slope, slope
+
+
+def _horner(powers: Array, f: Array) -> tuple[Array, Array]:
+    """Value and derivative by f of polynomials with coefficients (4, ..., n) at f (n,), by Horner's rule."""
+    a, b, c, d = powers
+    return ((d * f + c) * f + b) * f + a, (3 * d * f + 2 * c) * f + b
 
 
 def across(axis: Axis, y: Array) -> tuple[NDArray[np.intp], Array, Array]:
