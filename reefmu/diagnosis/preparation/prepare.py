@@ -9,19 +9,20 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import DAMPING
+from ...effects import DAMPING, IndependentVariable, find_effect
 from ...effects.effect_facts import select_candidates
 from ...record import Record
 from ..estimation.least_squares import Fit
 from ..estimation.problem import SEARCH_BLOCKS, Problem, make_weights, search_blocks
-from ..estimation.score_test import amplitude_beside_alike
-from ..estimation.search import base_fit
+from ..estimation.score_test import amplitude_beside_alike, linearise, rank_directions
+from ..estimation.search import MIN_GAIN, base_fit
 from ..forward.base_curve import BaseCurve
+from ..forward.predictor import Predictor
 from ..preprocessing.cycle_scatter import estimate_cycle_scatter
 from ..preprocessing.cycles import find_cycles
 from ..preprocessing.noise import block_variances, estimate_noise
 from ..preprocessing.trace import Trace
-from ..preprocessing.twist_noise import at_twist_of_neighbours, rate_variance
+from ..preprocessing.twist_noise import at_twist_of_neighbours, noisy_paths, rate_variance
 from ..random_effects.cycloidal_scatter import cycloidal_scatter
 from ..random_effects.element_motion import element_motion
 from ..random_effects.individuals import N_INDIVIDUALS, simulate_individuals
@@ -47,7 +48,7 @@ def prepare_problem(
     spread: shares the work among processes; blocks: approximate number of them; time_constants: s, from 0 on, that the
     filter of all channels may have."""
     problem = _without_scatter(record, trace, base, blocks)
-    return _with_damped_noise(_with_scatter(problem, base_fit(problem), spread, time_constants), trace)
+    return _with_noise_of_twist(_with_scatter(problem, base_fit(problem), spread, time_constants), trace)
 
 
 def prepare_same_motion(record: Record, trace: Trace, other: Problem) -> Problem:
@@ -56,21 +57,49 @@ def prepare_same_motion(record: Record, trace: Trace, other: Problem) -> Problem
     problem = _without_scatter(record, trace, other.base)
     weights = other.weights.with_variance(problem.variance)
     problem = replace(problem, scatter=other.scatter, individuals=other.individuals, weights=weights)
-    return _with_damped_noise(problem, trace)
+    return _with_noise_of_twist(problem, trace)
 
 
-def _with_damped_noise(problem: Problem, trace: Trace) -> Problem:
-    """The problem with the noise that damping, as far as the record shows any beside friction, makes of that of the
-    twist's rate; trace: with the twist as measured."""
-    if DAMPING.name not in problem.candidates:
+def _with_noise_of_twist(problem: Problem, trace: Trace) -> Problem:
+    """The problem with the noise that damping and friction, as far as the record shows any, make of that of the twist's
+    rate and path; trace: with the twist as measured."""
+    base = base_fit(problem)
+    added = _through_damping(problem, base, trace) + _through_friction(problem, base, trace)
+    if not added.any():
         return problem
-    coefficient = amplitude_beside_alike(problem, base_fit(problem), DAMPING.name)
-    if coefficient == 0:
-        return problem
-    added = coefficient**2 * rate_variance(trace, problem.blocks)
     variance = problem.variance + added
     weights = problem.weights.with_variance(variance)
     return replace(problem, variance=variance, block_variance=problem.block_variance + added, weights=weights)
+
+
+def _through_damping(problem: Problem, base: Fit, trace: Trace) -> Array:
+    """(n,) (N.m)^2, the noise of the twist's rate times the damping beside other friction; base: without effects."""
+    if DAMPING.name not in problem.candidates:
+        return np.zeros(len(problem.variance))
+    coefficient = amplitude_beside_alike(problem, base, DAMPING.name)
+    return coefficient**2 * rate_variance(trace, problem.blocks) if coefficient else np.zeros(len(problem.variance))
+
+
+def _through_friction(problem: Problem, base: Fit, trace: Trace) -> Array:
+    """(n,) (N.m)^2, what the noise of the twist's path does to the friction along it that the record shows most."""
+    along_twist = [name for name in problem.candidates if _evolves_along_twist(name)]
+    directions = [direction for name in along_twist for direction in linearise(problem, name, base)]
+    ranked = rank_directions(problem, base, directions, base.weighting.size)
+    if not ranked or ranked[0][0] <= MIN_GAIN:
+        return np.zeros(len(problem.variance))
+    _, name, start = ranked[0]
+    found = problem.fit_from((name,), np.concatenate([base.parameters, start]))
+
+    def along(path: Array) -> Array:
+        noisy = replace(problem.trace, smooth_twist=path)
+        return Predictor(noisy, problem.base, found.names, problem.blocks)(found.parameters).torque
+
+    errors = [along(path) - found.prediction.torque for path in noisy_paths(trace)]
+    return np.mean(np.square(errors), axis=0) if errors else np.zeros(len(problem.variance))
+
+
+def _evolves_along_twist(name: str) -> bool:
+    return any(state.independent_variable is IndependentVariable.TWIST for state in find_effect(name).states)
 
 
 def _without_scatter(record: Record, trace: Trace, base: BaseCurve, count: int = SEARCH_BLOCKS) -> Problem:

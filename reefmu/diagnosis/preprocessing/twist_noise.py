@@ -1,21 +1,23 @@
-"""The noise of the twist: taken off twist and torque alike, and what is left of it in the twist's rate.
+"""The noise of the twist: taken off twist and torque alike, and what is left of it in the twist's rate and path.
 
 Torques are compared at a measured twist. The noise of that twist is in the residual, times the stiffness of the base
 curve, and in everything that is computed from the twist: a softer drive, a steeper curve or any two functions of the
 torque whose sum is flat but steep would explain it (regression with errors in variables: Fuller, Measurement Error
 Models, 1987, section 1.1). The twist that the neighbours of a block have does not hold the block's noise. A damped
-drive multiplies the noise of the twist's rate by its damping.
+drive multiplies the noise of the twist's rate by its damping, and where friction begins to slide anew after a reversal
+its torque changes with the twist's path far more steeply than that of the contacts.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
-from .motion import rate_errors, signal_noise
+from .motion import monotone_path, rate_errors, signal_noise
 from .trace import Blocks, Trace
 
 MOST_DEVIATIONS = 4.0
@@ -27,6 +29,8 @@ CUBIC = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6
 
 N_DRAWS = 30
 """Random errors of the twist's rate that give its variance in the blocks, within a quarter of it."""
+N_PATHS = 16
+"""The same of the twist's path, within a third."""
 
 
 def at_twist_of_neighbours(trace: Trace, blocks: Blocks, slope: Array) -> Trace:
@@ -61,3 +65,11 @@ def rate_variance(trace: Trace, blocks: Blocks) -> Array:
     noise, rng = signal_noise(trace.twist, trace.run_ranges), np.random.default_rng(np.random.SeedSequence(0))
     parts = [rate_errors(trace.twist[a:b], trace.time[a:b], noise, N_DRAWS, rng) for a, b in trace.run_ranges]
     return np.mean([blocks.mean(errors) ** 2 for errors in np.concatenate(parts, axis=1)], axis=0)
+
+
+def noisy_paths(trace: Trace) -> Iterator[Array]:
+    """Some paths (samples,), rad, of a twist as measured with as much noise again as it has; none where it has none."""
+    noise, rng = signal_noise(trace.twist, trace.run_ranges), np.random.default_rng(np.random.SeedSequence(0))
+    for _ in range(N_PATHS if noise > 0 else 0):
+        twist = trace.twist + noise * rng.standard_normal(len(trace))
+        yield np.concatenate([monotone_path(twist[a:b], noise) for a, b in trace.run_ranges])

@@ -129,3 +129,25 @@ def test_damping_makes_noise_of_the_noise_of_the_rate(effect: str, parameters: d
     assert more > 10 if effect == "damping" else more < 2
     fit = problem.fit_from((effect,), np.array([*base_fit(problem).parameters, *parameters.values()]))
     assert fit.chi_square < 1.3 * problem.expected_chi_square(fit.weighting)
+
+
+@pytest.mark.parametrize("torque", [0.0, 12.0])
+def test_friction_makes_noise_of_the_noise_of_the_path(torque: float) -> None:
+    """After a reversal friction rises over a few micrometres of the path, which an encoder shows with noise: what is
+    left there is as large as expected, where the noise of sensor and stiffness alone would be exceeded several times.
+    Without friction nothing is added."""
+    model = {"hysteresis": {"torque": torque, "presliding": 3e-5}} if torque else {}
+    exact = rig.measured(model, noise=0.2, full=False)
+    angle = exact.output_angle + 3e-6 * np.random.default_rng(0).standard_normal(len(exact))
+    record = replace(exact, output_angle=angle)
+    trace = make_trace(record, rig.drive().ratio)
+    problem = prepare_problem(record, trace, drawing_base(rig.drive(), cached_lookup(rig.drive())))
+    after = problem.variance > 2 * np.median(problem.variance)
+    assert after.any() == bool(torque)
+    if torque:
+        assert after.sum() < 0.2 * len(after)
+        start = [*base_fit(problem).parameters, torque, 3e-5]
+        fit = problem.fit_from(("hysteresis",), np.array(start))
+        squares = (problem.torque - fit.prediction.torque) ** 2
+        assert 0.5 < np.mean(squares[after] / problem.block_variance[after]) < 2
+        assert np.mean(squares[after]) > 3 * np.median(problem.block_variance)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reefmu.diagnosis.preprocessing.trace import Trace, make_blocks, make_trace
-from reefmu.diagnosis.preprocessing.twist_noise import at_twist_of_neighbours
+from reefmu.diagnosis.preprocessing.twist_noise import N_PATHS, at_twist_of_neighbours, noisy_paths
 from reefmu.record import make_record
 from stiffness_model.numerics.arrays import Array
 
@@ -72,3 +72,19 @@ def test_a_twist_without_noise_is_kept() -> None:
     trace, _ = trace_of(1e-3 * np.sin(2 * np.pi * np.arange(N) / 60), 0.0, 0)
     found = at_twist_of_neighbours(trace, make_blocks(trace, 1), np.full(N, STIFFNESS))
     np.testing.assert_allclose(found.twist, trace.twist, atol=1e-3 * (2 * np.pi / 60) ** 4 / 6)
+
+
+def test_paths_differ_by_the_noise_where_they_reverse() -> None:
+    """At a reversal by what the noise moves the extreme; on the way between two only by less than the noise, since they
+    are monotone there; not at all without noise."""
+    true = 1e-3 * np.abs((np.arange(N) / 75) % 2 - 1)
+    trace, _ = trace_of(true, NOISE, 3)
+    paths = np.array([*noisy_paths(trace)])
+    assert paths.shape == (N_PATHS, N)
+    deviation = np.sqrt(np.mean((paths - trace.smooth_twist) ** 2, axis=0))
+    assert 0.3 * NOISE < np.median(deviation) < 1.5 * NOISE
+    assert deviation.max() < 5 * NOISE
+    for path in paths:
+        up = slice(76, 149)
+        assert (np.diff(path[up]) >= 0).all()
+    assert not [*noisy_paths(trace_of(np.full(N, 1e-3), 0.0, 0)[0])]
