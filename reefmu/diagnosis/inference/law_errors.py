@@ -1,10 +1,15 @@
-"""Errors of the laws of the effects in a fit: their torque may be wrong by a few per cent, smoothly over what varies.
+"""Errors of the laws of the effects in a fit: their torque may be wrong by a few per cent, smoothly over what varies,
+and their times, lengths and speeds may be spread.
 
 No friction is exactly constant and no wear exactly in proportion to the travel, and the paths on which they depend are
-measured with noise. What has no name must therefore show more than such errors of the effects beside it.
+measured with noise. No creep has one time alone: of a spread of its logarithm by s the effect's torque changes, to
+second order, by s^2 / 2 times its second derivative. What has no name must therefore show more than such errors of the
+effects beside it.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -12,7 +17,7 @@ from numpy.polynomial.legendre import legvander
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import find_effect
-from ..estimation.least_squares import Fit
+from ..estimation.least_squares import Fit, is_logarithmic
 from ..estimation.problem import Problem
 from ..estimation.score_test import absorbing_basis, amplitudes
 from .coordinates import over_range, speed_functions, wave
@@ -21,6 +26,12 @@ LAW_ERROR = 0.05
 """Standard deviation of the torque of an effect, over that torque, by each of the functions that change it. Chosen
 by the calibration of the probabilities, where 0.01, 0.02 and 0.05 are each better than the one before, and 0.1 and 0.2
 are the same."""
+SPREAD = 0.2
+"""Standard deviation of s^2 / 2 of the spread s of a time, a length or a speed, of either sign, since a law may also
+set in more sharply than the model's: the root mean square of what 18 records of creep and friction show whose laws have
+other forms than the model's, of simulated individuals."""
+SPREAD_STEP = 0.3
+"""Step of the logarithm for the second derivative; chosen by judgement, well below the spread."""
 TORQUE_DEGREE, TIME_DEGREE = 3, 2
 """Degrees of the polynomials over torque and time; chosen by judgement."""
 ORDERS = (1, 2)
@@ -31,7 +42,24 @@ def law_columns(problem: Problem, fit: Fit) -> Array:
     """(n, k) N.m, one standard deviation of each error of the laws of a fit's effects; (n, 0) without effects."""
     torques = _effect_torques(problem, fit)
     factors = _factors(problem, fit.prediction.torque)
-    return LAW_ERROR * (torques[:, :, None] * factors[:, None, :]).reshape(len(factors), -1)
+    smooth = LAW_ERROR * (torques[:, :, None] * factors[:, None, :]).reshape(len(factors), -1)
+    return np.concatenate([smooth, *(SPREAD * column[:, None] for column in _spreads(problem, fit))], axis=1)
+
+
+def beyond_law_errors(problem: Problem, fit: Fit, residual: Array, errors: Array) -> Array:
+    """What the likeliest errors of a fit's laws, of the columns (n, k), N.m, leave of its residual (n,), N.m; its
+    parameters follow, to first order."""
+    if not errors.shape[1]:
+        return residual
+    columns = np.concatenate([fit.prediction.sensitivities, errors], axis=1)
+    white = fit.weighting.whiten(columns)
+    deviations = np.append(fit.bounds.prior_deviation, np.ones(errors.shape[1]))
+    norm = np.linalg.norm(white, axis=0)
+    size = np.where(norm > 0, norm, 1.0)
+    scaled = white / size
+    curvature = scaled.T @ scaled + np.diag((1 / (deviations * size)) ** 2)
+    found = np.linalg.lstsq(curvature, scaled.T @ fit.weighting.whiten(residual), rcond=None)[0] / size
+    return residual - columns @ found
 
 
 def within_law_errors(problem: Problem, fit: Fit) -> frozenset[str]:
@@ -68,6 +96,18 @@ def _effect_torques(problem: Problem, fit: Fit) -> Array:
             size = fit.parameters[where.start + k] - effect.parameters[k].neutral
             torques[:, column] += fit.prediction.sensitivities[:, where.start + k] * size
     return torques
+
+
+def _spreads(problem: Problem, fit: Fit) -> Iterator[Array]:
+    """(n,) N.m, second derivative of a fit's torque by the logarithm of each time, length and speed of its effects."""
+    predictor, sensitivities = problem.predictor(fit.names), fit.prediction.sensitivities
+    for name, where in problem.layout(fit.names).effects.items():
+        for at, parameter in zip(range(where.start, where.stop), find_effect(name).parameters, strict=True):
+            if is_logarithmic(parameter):
+                moved = fit.parameters.copy()
+                moved[at] *= np.exp(SPREAD_STEP)
+                there = predictor(moved).sensitivities[:, at] * moved[at]
+                yield (there - sensitivities[:, at] * fit.parameters[at]) / SPREAD_STEP
 
 
 def _factors(problem: Problem, torque: Array) -> Array:

@@ -75,14 +75,15 @@ class TermFit:
 
 def fit_terms(problem: Problem, fit: Fit, terms: Sequence[NonparametricTerm] = ()) -> list[TermFit]:
     """The given terms, or all that this record can show, each fitted beside a set of effects; the best first."""
-    return fit_terms_to(problem, fit, problem.torque - fit.prediction.torque, terms)
+    return fit_terms_to(problem, fit, problem.torque - fit.prediction.torque, law_columns(problem, fit), terms)
 
 
-def fit_terms_to(problem: Problem, fit: Fit, residual: Array, terms: Sequence[NonparametricTerm] = ()) -> list[TermFit]:
+def fit_terms_to(
+    problem: Problem, fit: Fit, residual: Array, errors: Array, terms: Sequence[NonparametricTerm] = ()
+) -> list[TermFit]:
     """The same fitted to a residual (n,), N.m; the parameters of the fit stay free, to first order, and the laws of its
-    effects may be wrong."""
+    effects may be wrong, by `errors` (n, k), N.m, of `law_columns`."""
     weights, full_torque = fit.weighting, problem.base.full_torque
-    errors = law_columns(problem, fit)
     columns = np.concatenate([fit.prediction.sensitivities, errors], axis=1)
     basis = absorbing_basis(weights, columns, np.append(fit.bounds.prior_deviation, np.ones(errors.shape[1])))
     residual = weights.whiten(residual)

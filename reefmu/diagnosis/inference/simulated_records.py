@@ -12,7 +12,7 @@ from ..estimation.least_squares import Fit, fit
 from ..estimation.problem import Problem
 from ..estimation.weighting import INDIVIDUAL_SIZE, Weighting
 from ..estimation.worker_pool import WorkerPool
-from .unnamed import strongest_term
+from .unnamed import gain_by_level, strongest_term, typical_samples
 
 N_WITH_TERMS = 8
 """Simulated records to which nonparametric terms are fitted. Chosen by judgement to bound the time."""
@@ -61,7 +61,8 @@ def _gain(problem: Problem, job: tuple[Array, Array]) -> float:
     starts."""
     torque, start = job
     found = fit(problem.predictor(()), torque, problem.weights, problem.bounds(()), start)
-    return strongest_term(problem, found, torque - found.prediction.torque).gain
+    residual = torque - found.prediction.torque
+    return strongest_term(problem, found, residual).gain - gain_by_level(problem, found, residual)
 
 
 def simulate_noise(problem: Problem, count: int, rng: np.random.Generator) -> Array:
@@ -70,11 +71,11 @@ def simulate_noise(problem: Problem, count: int, rng: np.random.Generator) -> Ar
     Each record has one of the autocorrelations that the noise of this one allows, by its probability, and a level that
     deviates by the standard error of the estimate.
     """
-    samples = round(float(np.median(problem.blocks.count)))
+    samples = typical_samples(problem)
     known, n = problem.noise.correlation, len(problem.torque)
     drawn = known.draw_of_means(samples, n, count, rng) / known.of_means(samples, 1)
     # That of a variance from so many means, halved for its root and doubled because differences of cycles gave it.
-    independent = problem.noise.samples / (samples * known.dependence_of_means(samples))
+    independent = known.independent_means(samples, problem.noise.samples)
     level = np.exp(rng.standard_normal(count) / np.sqrt(independent))
     series = _stationary(drawn, rng) * level
     if problem.cycle_scatter is None:

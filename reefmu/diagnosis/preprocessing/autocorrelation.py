@@ -62,6 +62,26 @@ class Autocorrelation:
         found = self.of_means(count, MAX_SEGMENT)
         return float(2 * ((found / found[0]) ** 2).sum() - 1)
 
+    def independent_means(self, count: int, samples: int) -> float:
+        """Number of independent values that tell the variance of means of `count` neighbouring samples as well as those
+        of `samples` samples do.
+
+        >>> Autocorrelation(2.0).independent_means(4, 400)
+        100.0
+        """
+        return samples / (count * self.dependence_of_means(count))
+
+    def level_deviation(self, count: int, samples: int) -> float:
+        """Standard deviation of the logarithm of the variance of means of `count` neighbouring samples, as known from
+        `samples` differences of cycles: by their number, which the differences halve, and by what the mixtures differ.
+
+        >>> Autocorrelation(2.0).level_deviation(4, 400)
+        0.2
+        """
+        variances = self._of_mixtures(count, 1)[0]
+        spread = float(self.probability @ (variances / (variances @ self.probability) - 1) ** 2)
+        return float(np.sqrt(4 / self.independent_means(count, samples) + spread))
+
     def draw_of_means(self, count: int, lags: int, number: int, rng: np.random.Generator) -> Array:
         """(lags, number), the same of so many mixtures, drawn by their probability."""
         return self._of_mixtures(count, lags)[:, rng.choice(len(self.probability), number, p=self.probability)]

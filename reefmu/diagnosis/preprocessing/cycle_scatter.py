@@ -47,7 +47,7 @@ class CycleScatter:
     variance: (N.m)^2, of a block; weighting_variance: (N.m)^2, the same with its autocorrelation, as sums over many
     blocks have it. long, short: (n,) correlation of each block with the one before, 0 where a run begins, in either
     autoregression; long_share: of the first in the variance. length: correlation length of the first over that of a
-    branch.
+    branch. level_deviation: standard deviation of the logarithm of the variance, as known from so many branches.
     """
 
     variance: float
@@ -56,6 +56,7 @@ class CycleScatter:
     short: Array
     long_share: float
     length: float
+    level_deviation: float
 
     @property
     def rms(self) -> float:
@@ -103,7 +104,10 @@ def estimate_cycle_scatter(record: Record, trace: Trace, blocks: Blocks, noise: 
     whole = slow * np.maximum(at_branch * _summed_correlation(long), 1) + fast * _summed_correlation(short)
     slow_mean, fast_mean, mean = (float(np.average(v, weights=blocks.count)) for v in (slow, fast, whole))
     variance = slow_mean + fast_mean
-    return CycleScatter(variance, mean, long, short, slow_mean / variance, length / LEVELS)
+    # Levels that say as much of the variance as one independent value: the sum of their squared correlation.
+    independent = sum(len(group) - 1 for group, _ in known) * LEVELS * np.tanh(1 / length)
+    deviation = float(np.sqrt(2 / independent))
+    return CycleScatter(variance, mean, long, short, slow_mean / variance, length / LEVELS, deviation)
 
 
 def _variance_parts(group: Sequence[TorqueBranch], lags: Array, length: float, noise: Noise) -> tuple[float, float]:

@@ -28,7 +28,7 @@ from ..inference.exchanges import exchanged_fits
 from ..inference.nonparametric import TermFit
 from ..inference.simulated_records import N_WITH_TERMS, gain_by_chance, simulate_records
 from ..inference.tolerance_curve import weights_of_curve_within_tolerance
-from ..inference.unnamed import UnnamedFit, fit_beside, strongest_beside
+from ..inference.unnamed import UnnamedFit, fit_beside, gain_by_level, strongest_beside
 from .marginal_likelihood import log_evidence_of_faint, log_volume, material_effects
 
 LEAST_SIZE = 0.1
@@ -90,6 +90,8 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float], pool: Worke
     compared = _beside_unnamed(pool, plain)
     explanations = [*((fit, None) for fit in plain), *compared]
     divided = dispersion(problem, explanations)
+    closest = min(plain, key=by_cost)
+    by_level = gain_by_level(problem, closest, problem.torque - closest.prediction.torque)
 
     records, chance = simulate_records(problem, N_WITH_TERMS, seed=0), dict[float, float]()
 
@@ -102,7 +104,7 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float], pool: Worke
 
     def row(fit: Fit, cost: float, beside: TermFit | None = None) -> Row:
         effects = material_effects(problem, fit, sizes, LEAST_SIZE)
-        gain = nothing - cost + (beside.gain - by_chance(fit) if beside else 0.0)
+        gain = nothing - cost + (beside.gain - by_level - by_chance(fit) if beside else 0.0)
         log_evidence = gain / (2 * divided) + log_volume(problem, fit, sizes, divided)
         rms = beside.rms if beside else 0.0
         if beside and not fit.weighting.is_individual:

@@ -9,7 +9,7 @@ import pytest
 
 from reefmu.diagnosis.estimation.least_squares import FitOptions
 from reefmu.diagnosis.estimation.residuals import torque_without
-from reefmu.diagnosis.inference.law_errors import LAW_ERROR, law_columns, within_law_errors
+from reefmu.diagnosis.inference.law_errors import LAW_ERROR, SPREAD, beyond_law_errors, law_columns, within_law_errors
 from reefmu.diagnosis.inference.nonparametric import fit_terms
 from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted, fitted
 
@@ -21,10 +21,33 @@ def test_the_columns_are_shares_of_the_torque_of_the_effects(fitted: Fitted) -> 
     problem, fit = fitted.problem, fitted.hysteresis
     assert law_columns(problem, fitted.base).shape == (len(problem.torque), 0)
     torque = fit.prediction.torque - torque_without(problem, fit, ["hysteresis"])
-    columns = law_columns(problem, fit)
+    columns = law_columns(problem, fit)[:, :-1]
     assert np.abs(columns).max() <= LAW_ERROR * np.abs(torque).max() * 1.001
     both = problem.fit_from(("hysteresis", "torque_sensor_offset"), np.append(fit.parameters, 1.0))
-    assert law_columns(problem, both).shape[1] == 2 * columns.shape[1]
+    assert law_columns(problem, both).shape[1] == 2 * columns.shape[1] + 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_spread_of_lengths_is_an_error_of_the_law(fitted: Fitted, seed: int) -> None:
+    """Friction of many elements whose presliding lengths spread by a third about their mean differs from that of one by
+    s^2 / 2 times the last column, which is taken off a residual; what varies otherwise stays."""
+    problem, fit = fitted.problem, fitted.hysteresis
+    spread, at = 0.35, problem.layout(fit.names).effects["hysteresis"].start + 1
+    total = np.zeros(len(problem.torque))
+    nodes, weights = np.polynomial.hermite_e.hermegauss(9)
+    for node, weight in zip(nodes, weights / weights.sum(), strict=True):
+        parameters = fit.parameters.copy()
+        parameters[at] *= np.exp(spread * node)
+        total += weight * problem.predictor(fit.names)(parameters).torque
+    difference, errors = total - fit.prediction.torque, law_columns(problem, fit)
+    np.testing.assert_allclose(difference, spread**2 / 2 * errors[:, -1] / SPREAD, atol=0.35 * np.abs(difference).max())
+    rng = np.random.default_rng(seed)
+    noise = np.sqrt(problem.block_variance) * rng.standard_normal(len(total))
+    many = replace(fit, weighting=fit.weighting.with_variance(1e-6 * problem.variance))
+    left = beyond_law_errors(problem, many, difference + 1e-3 * noise, errors)
+    assert np.std(left) < 0.2 * np.std(difference)
+    rough = beyond_law_errors(problem, fit, noise, errors)
+    assert np.std(rough) == pytest.approx(np.std(noise), rel=0.1)
 
 
 def test_an_effect_may_be_the_error_of_the_law_of_a_larger_one_of_its_kind(fitted: Fitted) -> None:

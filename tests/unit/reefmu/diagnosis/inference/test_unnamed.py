@@ -14,6 +14,7 @@ from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.estimation.weighting import Weighting, make_weighting
 from reefmu.diagnosis.forward.base_curve import drawing_base
+from reefmu.diagnosis.inference.law_errors import beyond_law_errors, law_columns
 from reefmu.diagnosis.inference.nonparametric import fit_terms, fit_terms_to
 from reefmu.diagnosis.inference.unnamed import (
     EXCESS,
@@ -24,7 +25,10 @@ from reefmu.diagnosis.inference.unnamed import (
     excess_gain,
     excess_part,
     fit_beside,
+    gain_by_level,
+    level_deviation,
     likeliest_excess,
+    squares,
     strongest_beside,
     strongest_term,
 )
@@ -63,7 +67,8 @@ def test_an_excess_is_a_wider_covariance(seed: int, size: float, further: float,
     allowed, excess = of_noise + size**2 * of_scatter, noise**2 * of_noise + further**2 * of_scatter
     values, found = 3.0 * rng.standard_normal(BLOCKS), Excess(further, noise)
     gain = _cost(allowed, values) - _cost(allowed + excess, values)
-    assert excess_gain(weights, values, found) == pytest.approx(gain, rel=1e-8, abs=1e-8)
+    of_values = squares(weights, values, np.ones(BLOCKS))
+    assert excess_gain(weights, of_values, found) == pytest.approx(gain, rel=1e-8, abs=1e-8)
     white = found.added_to(weights).whiten(values)
     assert white @ white == pytest.approx(values @ np.linalg.solve(allowed + excess, values), rel=1e-8)
     expected = excess @ np.linalg.solve(allowed + excess, values)
@@ -75,7 +80,8 @@ def test_the_likeliest_excess_is_the_true_one(excess: Excess) -> None:
     """To a step of the grid, and with none where there is none."""
     weights, of_noise, of_scatter, rng = _weighting(1, 1.0)
     covariance = (1 + excess.noise**2) * of_noise + (1 + excess.further**2) * of_scatter
-    gain, found = likeliest_excess(weights, np.linalg.cholesky(covariance) @ rng.standard_normal(BLOCKS))
+    values = np.linalg.cholesky(covariance) @ rng.standard_normal(BLOCKS)
+    gain, found = likeliest_excess(weights, squares(weights, values, np.ones(BLOCKS)))
     assert (gain > 10.0) is (excess != NO_EXCESS)
     for true, fitted in ((excess.noise, found.noise), (excess.further, found.further)):
         assert np.hypot(1, fitted) == pytest.approx(np.hypot(1, true), rel=0.45)
@@ -84,7 +90,22 @@ def test_the_likeliest_excess_is_the_true_one(excess: Excess) -> None:
 def test_a_mean_drive_has_no_wider_tolerances() -> None:
     weights, _, of_scatter, rng = _weighting(2, 0.007)
     values = np.linalg.cholesky(of_scatter + 1e-9 * np.eye(BLOCKS)) @ rng.standard_normal(BLOCKS)
-    assert likeliest_excess(weights, values)[1].further == 0.0
+    assert likeliest_excess(weights, squares(weights, values, np.ones(BLOCKS)))[1].further == 0.0
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.8])
+def test_an_excess_shows_in_slow_noise(noise: float) -> None:
+    """A block of slow noise has a tenth of the variance that it has in sums; squares are told by that tenth, and those
+    that exceed it may stay below 1 a block."""
+    weights, of_noise, of_scatter, rng = _weighting(3, 1.0)
+    alone = np.full(BLOCKS, 0.1)
+    covariance = (0.1 + noise**2) * of_noise + of_scatter
+    values = np.linalg.cholesky(covariance) @ rng.standard_normal(BLOCKS)
+    of_values = squares(weights, values, alone)
+    assert of_values.across < BLOCKS - COMPONENTS
+    gain, found = likeliest_excess(weights, of_values)
+    assert (gain > 6.0) is (noise > 0)
+    assert found.noise == pytest.approx(noise, rel=0.45)
 
 
 @pytest.fixture(scope="module")
@@ -112,9 +133,36 @@ def test_a_coordinate_is_found_beside_an_excess(friction: tuple[Problem, Fit]) -
     residual = problem.torque - fit.prediction.torque + added
     term = strongest_term(problem, fit, residual)
     assert term.term.coordinate.startswith("time, period")
-    assert term.gain > fit_terms_to(problem, fit, residual)[0].gain + 100
-    assert term.gain > likeliest_excess(fit.weighting, residual)[0] + 100
+    errors = law_columns(problem, fit)
+    assert term.gain > fit_terms_to(problem, fit, residual, errors)[0].gain + 100
+    beyond = beyond_law_errors(problem, fit, residual, errors)
+    of_residual = squares(fit.weighting, beyond, problem.noise_of_blocks)
+    assert term.gain > likeliest_excess(fit.weighting, of_residual)[0] + 100
     assert np.std(term.torque - added) < 0.5 * np.std(added - wave)
+
+
+def test_the_uncertain_level_of_the_noise_explains_an_excess(friction: tuple[Problem, Fit]) -> None:
+    """Half as large again is noise whose level few samples tell, and an excess where many do: what is left of the gain
+    is then that at the known level, and between both about the square of its deviation in standard deviations."""
+    problem, fit = friction
+    residual = np.sqrt(1.5 * problem.block_variance) * np.random.default_rng(0).standard_normal(len(problem.torque))
+    errors = law_columns(problem, fit)
+    of_residual = squares(fit.weighting, beyond_law_errors(problem, fit, residual, errors), problem.noise_of_blocks)
+    ratio = of_residual.across / of_residual.expected
+    excess = (ratio - 1) * of_residual.expected / of_residual.dimensions
+    known = of_residual.dimensions * (excess - np.log1p(excess))
+
+    def left(samples: int) -> float:
+        compared = replace(problem, noise=replace(problem.noise, samples=samples))
+        return known - gain_by_level(compared, fit, residual)
+
+    assert known > 30
+    assert left(10**9) == pytest.approx(known, rel=0.02)
+    assert left(20) < 2.0
+    some = replace(problem, noise=replace(problem.noise, samples=2000))
+    variance = level_deviation(some) ** 2 + 2 / of_residual.expected
+    assert left(2000) == pytest.approx(np.log(ratio) ** 2 / variance, rel=0.35)
+    assert gain_by_level(problem, fit, 0.1 * residual) == 0.0
 
 
 def _fitted(ripple: float) -> tuple[Problem, Fit]:

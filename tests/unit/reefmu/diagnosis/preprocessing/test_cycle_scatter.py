@@ -63,6 +63,19 @@ def test_size_and_correlation_are_found(scatter: float) -> None:
     assert problem.variance.mean() > len(problem.torque) / 16 / 32 * problem.block_variance.mean()
 
 
+def test_the_size_is_as_uncertain_as_is_said() -> None:
+    """Errors of the variance over ten records are as large as their stated deviation, within a factor of two."""
+    errors, stated = list[float](), list[float]()
+    for seed in range(10):
+        record = ramps(1.0, seed=seed)
+        trace = make_trace(record, 1.0)
+        found = prepare_problem(record, trace, power_base(trace)).cycle_scatter
+        assert found is not None
+        errors.append(2 * np.log(found.rms))
+        stated.append(found.level_deviation)
+    assert 0.5 < np.sqrt(np.mean(np.square(errors))) / np.mean(stated) < 2
+
+
 def test_simulated_scatter_has_the_estimated_size() -> None:
     record = ramps(1.0)
     trace = make_trace(record, 1.0)

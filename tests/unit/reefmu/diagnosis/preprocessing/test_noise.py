@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.signal import lfilter
 
 from reefmu.diagnosis.preprocessing.autocorrelation import (
     LAG_ONE_CORRELATIONS,
@@ -160,3 +161,19 @@ def test_a_stiffness_that_hardly_varies_tells_no_noise_of_the_twist(variation: f
     found = estimate_noise(trace, 2e4 * (1 + variation * np.arange(len(trace.twist))))
     assert found.torque == pytest.approx(0.8, rel=0.1)
     assert found.twist == 0.0
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.8, 0.95])
+def test_the_level_of_the_noise_is_as_uncertain_as_is_said(correlation: float) -> None:
+    """Over records of 27 segments as of pairs of cycles, whose differences are worth half as many samples: errors of
+    the variance of block means are within the stated deviation, and at least a quarter of it."""
+    rng, errors, stated = np.random.default_rng(1), list[float](), list[float]()
+    lag = np.abs(np.subtract.outer(np.arange(6), np.arange(6)))
+    true = float((correlation**lag).mean())
+    for _ in range(40):
+        white = rng.standard_normal((27, 700))
+        noise = lfilter([np.sqrt(1 - correlation**2)], [1, -correlation], white)[:, 600:]
+        found = autocorrelation([*(row - row.mean() for row in noise)])
+        errors.append(float(np.log(found.variance * found.of_means(6, 1)[0] / true)))
+        stated.append(found.level_deviation(6, noise.size))
+    assert 0.25 * np.mean(stated) < np.sqrt(np.mean(np.square(errors))) < np.mean(stated)
