@@ -69,7 +69,7 @@ def wanted_separations(power: float) -> tuple[float, float]:
     must exceed what the calibrated odds of a name take, with the probability `power`.
 
     >>> [round(q, 1) for q in wanted_separations(0.9)]
-    [26.9, 8.1]
+    [27.2, 8.1]
     """
     z = float(ndtri(power))
     odds = float(logit(NAMED))

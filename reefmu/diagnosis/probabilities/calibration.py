@@ -18,10 +18,6 @@ from ..hypotheses import Hypothesis
 from .hypothesis_table import Row
 from .priors import NO_PRIORS, Priors
 
-SMALLEST_UNNAMED = 1e-3
-"""Size of something unnamed, over full torque, below which it is invisible whatever it is; chosen by judgement, because
-its logarithm must stay finite."""
-
 
 def probabilities(
     rows: Sequence[Row], priors: Priors = NO_PRIORS, weights: HypothesisWeights = CALIBRATED
@@ -47,12 +43,11 @@ def features(rows: Sequence[Row], degrees_of_freedom: float = DEGREES_OF_FREEDOM
     below = np.array([best[shown] for shown in shows.tolist()]) - log_evidence
     ahead = best[True] - best[False] if len(best) == 2 else 0.0
     beside = math.copysign(float(flattened(abs(ahead), degrees_of_freedom)), ahead)
-    sizes = np.log([max(row.unnamed_share, SMALLEST_UNNAMED) for row in rows])
     known = [
         -flattened(below, degrees_of_freedom),
         beside * shows,
         [len(row.effects) for row in rows],
-        sizes * shows,
+        shows,
         [row.is_hidden for row in rows],
         [not row.effects and not row.unnamed for row in rows],
     ]

@@ -1,7 +1,7 @@
 """Fits the weights of `reefmu.diagnosis.calibrated_odds` to simulated records, and shows how well they hold.
 
 Run as `python tests/benchmarks/probabilities/calibrate_probabilities.py --workers 2 --out rows.json`; with `--second
-90` also for as many records of each of two catalogues of the second generator, whose individuals deviate in other
+90` also for as many records of each of four catalogues of the second generator, whose individuals deviate in other
 ways; with `--rows rows.json` only the weights are fitted, and with `--without-drawing` the records are diagnosed by a
 power law. Scores are cross-validated: every record is judged by weights that were fitted to the others.
 """

@@ -59,10 +59,10 @@ def test_predictions_have_the_odds_of_the_diagnosis() -> None:
 def test_something_unnamed_is_told_by_the_best_evidence_with_and_without_it() -> None:
     half = DEGREES_OF_FREEDOM / 2
     rows = [make_row(CREEP, False, 10.0), make_row(CREEP, True, 40.0, 0.01)]
-    odds = (1 + 30.0 / half) ** (CALIBRATED.unnamed_evidence * half) * 0.01**CALIBRATED.unnamed_size
+    odds = (1 + 30.0 / half) ** (CALIBRATED.unnamed_evidence * half) * math.exp(CALIBRATED.unnamed)
     assert probability(rows, CREEP, True) == pytest.approx(odds / (1 + odds))
     rows = [make_row(CREEP, False, 40.0), make_row(CREEP, True, 10.0, 0.01)]
-    odds = (1 + 30.0 / half) ** (-CALIBRATED.unnamed_evidence * half) * 0.01**CALIBRATED.unnamed_size
+    odds = (1 + 30.0 / half) ** (-CALIBRATED.unnamed_evidence * half) * math.exp(CALIBRATED.unnamed)
     assert probability(rows, CREEP, True) == pytest.approx(odds / (1 + odds))
 
 
@@ -78,14 +78,14 @@ def test_what_is_unnamed_decides_between_no_sets_of_effects(ahead: float, size: 
     assert unnamed == pytest.approx(expected)
 
 
-def test_something_unnamed_is_likelier_the_larger_it_is() -> None:
-    """The odds grow by a power of its share of full torque."""
-    odds: list[float] = []
-    for size in (0.01, 0.05):
-        rows = [make_row(NOTHING, False, 0.0), make_row(NOTHING, True, 0.0, size)]
-        unnamed = probability(rows, NOTHING, True)
-        odds.append(unnamed / (1 - unnamed))
-    assert odds[1] / odds[0] == pytest.approx(5**CALIBRATED.unnamed_size)
+@given(st.floats(0.001, 0.5), st.floats(0.001, 0.5))
+def test_something_unnamed_counts_by_its_evidence_and_not_by_its_size(size: float, other: float) -> None:
+    """A small one that shows beyond doubt is as likely as a large one."""
+    found: list[float] = []
+    for share in (size, other):
+        rows = [make_row(NOTHING, False, 0.0), make_row(NOTHING, True, 20.0, share)]
+        found.append(probability(rows, NOTHING, True))
+    assert found[0] == pytest.approx(found[1])
 
 
 def test_something_unnamed_that_does_not_show_has_odds_of_its_own() -> None:
