@@ -48,8 +48,8 @@ without the last one by 0.05."""
 DEGREES_OF_FREEDOM = 4.0
 """Of Student's distribution, by which log odds grow with the logarithm of a large difference of the log evidence: the
 variance of noise and scatter, and the laws of effects, are known no better than from so many residuals. Chosen among 1,
-2, 4, 8, 16 and 32 by the log score of such records, before that of those above: of these it is -0.961, -0.936, -0.922,
--0.919, -0.926 and -0.940."""
+2, 4, 8, 16 and 32 by the log score of 229 other records; that of the records above is -0.961, -0.936, -0.922, -0.919,
+-0.926 and -0.940."""
 PRIOR_WIDTH = 1.0
 """Half-width of the prior of an amplitude, over its typical size: by definition of that size."""
 NAMED = 0.6

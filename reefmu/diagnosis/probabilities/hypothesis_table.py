@@ -17,7 +17,6 @@ from ..calibrated_odds import log_odds
 from ..estimation.intervals import is_degenerate
 from ..estimation.least_squares import HELD_SIZE, Fit, by_cost
 from ..estimation.problem import Problem
-from ..estimation.residuals import remainder
 from ..estimation.shared_covariances import least_costs
 from ..estimation.weighting import MEAN_DRIVE_SIZE, without_blocks
 from ..estimation.worker_pool import WorkerPool
@@ -49,9 +48,7 @@ class Row:
 
     effects: that are missing; unnamed: whether something without a name is missing as well; log_evidence: log marginal
     likelihood over that of nothing missing; fit: of the effects; beside: the term of something unnamed, None where
-    there is none or where it is too small to show; unnamed_share: rms of what is unnamed, over full torque, 0 without
-    such a term, on the mean drive of all that is left and not only of what the term fits; faint: those of the effects
-    that the record does not show.
+    there is none or where it is too small to show; faint: those of the effects that the record does not show.
     """
 
     effects: frozenset[str]
@@ -59,13 +56,12 @@ class Row:
     log_evidence: float
     fit: Fit
     beside: TermFit | None = None
-    unnamed_share: float = 0.0
     faint: frozenset[str] = frozenset()
 
     @property
     def is_hidden(self) -> bool:
         """Whether something unnamed is missing that is too small to show."""
-        return self.unnamed and self.unnamed_share == 0.0
+        return self.unnamed and self.beside is None
 
     def shown_as(self, probability: float) -> Hypothesis:
         """What the record shows of the hypothesis, with a probability."""
@@ -106,11 +102,7 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float], pool: Worke
         effects = material_effects(problem, fit, sizes, LEAST_SIZE)
         gain = nothing - cost + (beside.gain - by_level - by_chance(fit) if beside else 0.0)
         log_evidence = gain / (2 * divided) + log_volume(problem, fit, sizes, divided)
-        rms = beside.rms if beside else 0.0
-        if beside and not fit.weighting.is_individual:
-            rms = max(rms, remainder(problem, fit))
-        share = rms / problem.base.full_torque
-        return Row(effects, beside is not None, log_evidence, fit, beside, share)
+        return Row(effects, beside is not None, log_evidence, fit, beside)
 
     rows = [row(fit, fit.cost) for fit in (*fits, *off_curve)]
     rows += [row(*both) for both in zip(best_fits, least, strict=True)]

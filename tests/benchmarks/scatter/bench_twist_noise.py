@@ -14,18 +14,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
-from reefmu.diagnosis.estimation.least_squares import Fit  # noqa: E402
-from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
 from reefmu.diagnosis.preparation import BaseCurveSource, guess_stiffness, prepare_problem  # noqa: E402
 from reefmu.diagnosis.preprocessing.noise import block_variances  # noqa: E402
 from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
 from tests.benchmarks.probabilities.observed_records import second_record  # noqa: E402
 from tests.benchmarks.probabilities.rival_sets import true_fit  # noqa: E402
 from tests.benchmarks.scatter.catalogue_records import measured  # noqa: E402
+from tests.benchmarks.scatter.true_sets import left_in  # noqa: E402
 
 AFFECTED = frozenset({"damping", "hysteresis", "load_dependent_hysteresis"})
 """Effects that depend on the rate or the path of the twist."""
@@ -63,15 +61,8 @@ def explained(number: int, seed: int) -> Explained | None:
     before = plain.fit_from(names, after.parameters, weights)
     cost = after.cost - before.cost + float(np.log(problem.variance / variance).sum())
     doubled = problem.variance > 2 * variance
-    left = _left(plain, before, doubled), _left(problem, after, doubled)
+    left = left_in(plain, before, doubled), left_in(problem, after, doubled)
     return Explained(number, names, cost, float(doubled.mean()), left)
-
-
-def _left(problem: Problem, fit: Fit, some: NDArray[np.bool_]) -> float:
-    """Squares that a fit leaves in some blocks, over those expected; 1 where there are none."""
-    squares = fit.weighting.whiten(problem.torque - fit.prediction.torque) ** 2
-    expected = problem.expected_squares(fit.weighting)
-    return float(squares[some].sum() / expected[some].sum()) if some.any() else 1.0
 
 
 def main() -> None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
@@ -61,7 +62,11 @@ def true_set(number: int, seed: int) -> TrueSet | None:
 
 def left_in_fast_runs(problem: Problem, fit: Fit) -> float:
     """Squares that a fit leaves of fast runs over those expected; 0 without fast runs."""
+    return left_in(problem, fit, np.abs(problem.blocks.mean(problem.trace.crank_speed)) > FAST)
+
+
+def left_in(problem: Problem, fit: Fit, some: NDArray[np.bool_]) -> float:
+    """Squares that a fit leaves of some blocks (n,) over those expected; 0 without such blocks."""
     squares = fit.weighting.whiten(problem.torque - fit.prediction.torque) ** 2
-    fast = np.abs(problem.blocks.mean(problem.trace.crank_speed)) > FAST
-    expected = float(problem.expected_squares(fit.weighting)[fast].sum())
-    return float(squares[fast].sum()) / expected if fast.any() else 0.0
+    expected = float(problem.expected_squares(fit.weighting)[some].sum())
+    return float(squares[some].sum()) / expected if some.any() else 0.0

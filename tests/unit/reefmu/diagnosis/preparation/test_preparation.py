@@ -133,7 +133,7 @@ def test_damping_makes_noise_of_the_noise_of_the_rate(effect: str, parameters: d
 
 @pytest.mark.parametrize("torque", [0.0, 12.0])
 def test_friction_makes_noise_of_the_noise_of_the_path(torque: float) -> None:
-    """After a reversal friction rises over a few micrometres of the path, which an encoder shows with noise: what is
+    """After a reversal friction rises over 30 urad of the path, which an encoder shows with a noise of 3 urad: what is
     left there is as large as expected, where the noise of sensor and stiffness alone would be exceeded several times.
     Without friction nothing is added."""
     model = {"hysteresis": {"torque": torque, "presliding": 3e-5}} if torque else {}

@@ -12,6 +12,7 @@ from reefmu.diagnosis.estimation.least_squares import Fit
 from reefmu.diagnosis.estimation.problem import Problem
 from reefmu.diagnosis.estimation.search import Search, base_fit
 from reefmu.diagnosis.inference.evidence import Evidence
+from reefmu.diagnosis.inference.nonparametric import CURVE_TERM, TermFit
 from reefmu.diagnosis.probabilities.hypothesis_table import Row
 from tests.friction_record import fitted_friction
 
@@ -25,9 +26,13 @@ class Fitted:
     hysteresis: Fit
 
 
-def make_row(effects: frozenset[str], unnamed: bool, log_evidence: float, share: float = 0.0) -> Row:
-    """A row whose fit does not matter; share: of what is unnamed, over full torque."""
-    return Row(effects, unnamed, log_evidence, cast(Fit, None), None, share)
+SOMETHING = TermFit(CURVE_TERM, 1.0, np.zeros(1))
+"""A term of something unnamed that does not matter."""
+
+
+def make_row(effects: frozenset[str], unnamed: bool, log_evidence: float, beside: TermFit | None = None) -> Row:
+    """A row whose fit does not matter."""
+    return Row(effects, unnamed, log_evidence, cast(Fit, None), beside)
 
 
 @pytest.fixture(scope="session")

@@ -13,7 +13,7 @@ from reefmu.diagnosis.calibrated_odds import CALIBRATED, DEGREES_OF_FREEDOM, fla
 from reefmu.diagnosis.hypotheses import Hypothesis
 from reefmu.diagnosis.probabilities.calibration import probabilities
 from reefmu.diagnosis.probabilities.hypothesis_table import Row
-from tests.unit.reefmu.diagnosis.probabilities.conftest import make_row
+from tests.unit.reefmu.diagnosis.probabilities.conftest import SOMETHING, make_row
 
 NOTHING, CREEP, WEAR = frozenset[str](), frozenset({"creep"}), frozenset({"wear"})
 
@@ -58,34 +58,24 @@ def test_predictions_have_the_odds_of_the_diagnosis() -> None:
 
 def test_something_unnamed_is_told_by_the_best_evidence_with_and_without_it() -> None:
     half = DEGREES_OF_FREEDOM / 2
-    rows = [make_row(CREEP, False, 10.0), make_row(CREEP, True, 40.0, 0.01)]
+    rows = [make_row(CREEP, False, 10.0), make_row(CREEP, True, 40.0, SOMETHING)]
     odds = (1 + 30.0 / half) ** (CALIBRATED.unnamed_evidence * half) * math.exp(CALIBRATED.unnamed)
     assert probability(rows, CREEP, True) == pytest.approx(odds / (1 + odds))
-    rows = [make_row(CREEP, False, 40.0), make_row(CREEP, True, 10.0, 0.01)]
+    rows = [make_row(CREEP, False, 40.0), make_row(CREEP, True, 10.0, SOMETHING)]
     odds = (1 + 30.0 / half) ** (-CALIBRATED.unnamed_evidence * half) * math.exp(CALIBRATED.unnamed)
     assert probability(rows, CREEP, True) == pytest.approx(odds / (1 + odds))
 
 
-@given(st.floats(-1e3, 1e3), st.floats(0.001, 0.5))
-def test_what_is_unnamed_decides_between_no_sets_of_effects(ahead: float, size: float) -> None:
+@given(st.floats(-1e3, 1e3))
+def test_what_is_unnamed_decides_between_no_sets_of_effects(ahead: float) -> None:
     """However much evidence there is for it: whatever makes it stands beside each of them."""
     known = [make_row(NOTHING, False, 0.0), make_row(CREEP, False, 6.0), make_row(WEAR, False, 3.0)]
-    beside = [make_row(NOTHING, True, ahead, size), make_row(CREEP, True, ahead + 2.0, size)]
+    beside = [make_row(NOTHING, True, ahead, SOMETHING), make_row(CREEP, True, ahead + 2.0, SOMETHING)]
     odds = [probability(rows, CREEP) / probability(rows, WEAR) for rows in (known, [*known, *beside])]
     assert odds[1] == pytest.approx(odds[0])
     unnamed = probability([*known, *beside], CREEP, True) / probability([*known, *beside], NOTHING, True)
     expected = math.exp(CALIBRATED.evidence * float(flattened(2.0)) + CALIBRATED.effect)
     assert unnamed == pytest.approx(expected)
-
-
-@given(st.floats(0.001, 0.5), st.floats(0.001, 0.5))
-def test_something_unnamed_counts_by_its_evidence_and_not_by_its_size(size: float, other: float) -> None:
-    """A small one that shows beyond doubt is as likely as a large one."""
-    found: list[float] = []
-    for share in (size, other):
-        rows = [make_row(NOTHING, False, 0.0), make_row(NOTHING, True, 20.0, share)]
-        found.append(probability(rows, NOTHING, True))
-    assert found[0] == pytest.approx(found[1])
 
 
 def test_something_unnamed_that_does_not_show_has_odds_of_its_own() -> None:

@@ -26,7 +26,7 @@ from reefmu.diagnosis.probabilities.decision import NOTHING as MISSES
 from reefmu.diagnosis.probabilities.hypothesis_table import Row
 from reefmu.diagnosis.report.summary import summarise
 from reefmu.diagnosis.schema import VERDICTS, Gap
-from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted, evidence_of
+from tests.unit.reefmu.diagnosis.probabilities.conftest import SOMETHING, Fitted, evidence_of
 
 NOTHING, FRICTION, SHAFT = (), ("hysteresis",), ("coulomb_friction",)
 KEYS = tuple((names, unnamed) for names in (NOTHING, FRICTION, SHAFT) for unnamed in (False, True))
@@ -48,7 +48,7 @@ def hypotheses_of(probability: Shares) -> list[Hypothesis]:
 def concluded(evidence: Evidence, probability: Shares) -> Conclusion:
     friction = evidence.search.best[1][0]
     fits = {NOTHING: evidence.search.base, FRICTION: friction, SHAFT: replace(friction, names=SHAFT)}
-    rows = [Row(frozenset(names), unnamed, 0.0, fits[names], None, 0.01 * unnamed) for names, unnamed in KEYS]
+    rows = [Row(frozenset(names), unnamed, 0.0, fits[names], SOMETHING if unnamed else None) for names, unnamed in KEYS]
     return conclude(evidence, rows, hypotheses_of(probability))
 
 
@@ -138,7 +138,7 @@ def test_what_does_not_show_is_an_alternative_and_no_finding(evidence: Evidence)
 @pytest.mark.parametrize("unnamed", [False, True])
 def test_something_unnamed_beside_the_effects_is_a_remainder(evidence: Evidence, unnamed: bool) -> None:
     term = TermFit(NonparametricTerm("torque", curve_over_torque), 40.0, 3.0 * np.ones(len(evidence.problem.torque)))
-    rows = [Row(frozenset(FRICTION), unnamed, 0.0, evidence.search.best[1][0], term, 0.03 * unnamed)]
+    rows = [Row(frozenset(FRICTION), unnamed, 0.0, evidence.search.best[1][0], term)]
     found = conclude(evidence, rows, [Hypothesis(FRICTION, unnamed, 1.0)])
     assert found.verdict == ("partly" if unnamed else "named")
     assert found.unnamed is (term if unnamed else None)
@@ -149,7 +149,7 @@ def test_something_unnamed_beside_the_effects_is_a_remainder(evidence: Evidence,
 
 def test_a_remainder_that_shows_in_no_coordinate_is_told_as_such(evidence: Evidence) -> None:
     term = TermFit(EXCESS, 40.0, 3.0 * np.ones(len(evidence.problem.torque)))
-    rows = [Row(frozenset(), True, 0.0, evidence.search.base, term, 0.03)]
+    rows = [Row(frozenset(), True, 0.0, evidence.search.base, term)]
     found = conclude(evidence, rows, [Hypothesis(NOTHING, True, 1.0)])
     assert found.verdict == "unknown"
     sentence = summarise(found, Gap(5.0, 5.0, 0.5), 100.0)

@@ -194,12 +194,13 @@ def test_a_set_that_the_record_hardly_tells_from_the_likeliest_is_a_hypothesis(f
     assert evidence[other] == pytest.approx(evidence[HYSTERESIS], abs=0.1)
 
 
-def test_all_that_is_left_on_a_mean_drive_is_unnamed(fitted: Fitted) -> None:
+def test_something_unnamed_that_shows_has_a_torque(fitted: Fitted) -> None:
     problem, base = fitted.problem, fitted.base
     rows = hypothesis_table(evidence_of(fitted), record_sizes(problem))
-    row = next(r for r in rows if (r.effects, r.unnamed) == (NOTHING, True))
-    assert row.unnamed_share * problem.base.full_torque >= 0.99 * remainder(problem, base) > 0
-    assert all(r.unnamed_share == 0.0 for r in rows if not r.unnamed)
+    (row,) = (r for r in rows if r.effects == NOTHING and r.unnamed and not r.is_hidden)
+    assert row.beside is not None
+    assert row.beside.rms > 0.5 * remainder(problem, base) > 0
+    assert all(r.beside is None for r in rows if not r.unnamed)
 
 
 def test_isolability_of_one_loop(fitted: Fitted) -> None:
