@@ -21,6 +21,7 @@ from reefmu.diagnosis.inference.simulated_records import (
     simulate_records,
 )
 from reefmu.diagnosis.preparation import prepare_problem
+from reefmu.diagnosis.preprocessing.autocorrelation import Autocorrelation
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from tests.unit.reefmu.diagnosis.preprocessing.test_cycle_scatter import ramps
 
@@ -48,10 +49,14 @@ def test_individuals_with_a_wave_of_their_own_gain_by_terms_without_a_name(fitte
     wave = np.sin(np.arange(len(problem.torque)) / 7.0)
     small = np.random.default_rng(0).standard_normal((len(wave), N_WITH_TERMS)) * 0.01
     records = SimulatedRecords(small, np.outer(wave, np.linspace(1, 3, N_WITH_TERMS)))
-    gains = [gain_by_chance(WorkerPool(problem), base, records, size) for size in (0.0, 1.0, 2.0)]
+    assert problem.cycle_scatter is not None
+    noise = replace(problem.noise, correlation=Autocorrelation(1.0), samples=10**9)
+    known = replace(problem, noise=noise, cycle_scatter=replace(problem.cycle_scatter, level_deviation=1e-3))
+    gains = [gain_by_chance(WorkerPool(known), base, records, size) for size in (0.0, 1.0, 2.0)]
     assert gains[0] < 1.0
-    # A level of the noise that is not known exactly explains much of what is twice as large, too.
-    assert gains[2] > 1.2 * gains[1] > 20
+    assert gains[2] > 2 * gains[1] > 20
+    # A level of the noise that is not known exactly explains a part of it.
+    assert 10 < gain_by_chance(WorkerPool(problem), base, records, 2.0) < 0.9 * gains[2]
 
 
 def test_what_the_base_curve_takes_up_is_no_gain(fitted: tuple[Problem, Fit]) -> None:
