@@ -93,10 +93,7 @@ def make_trace(record: Record, ratio: float | None) -> Trace:
     twist = record.twist(ratio)
     angles = {"crank": record.crank_angle, "output": record.output_angle}
     path = {name: _path(angle, run_ranges) for name, angle in (angles | {"twist": twist}).items()}
-    speed = {
-        name: _by_run(estimate_speed, signal, record.time, run_ranges)
-        for name, signal in (angles | {"torque": record.output_torque}).items()
-    }
+    speed = {name: _by_run(estimate_speed, angle, record.time, run_ranges) for name, angle in angles.items()}
     step = np.maximum(np.diff(record.time, prepend=record.time[0]), 0.0)
     return Trace(
         time=record.time,
@@ -112,7 +109,7 @@ def make_trace(record: Record, ratio: float | None) -> Trace:
         smooth_twist=path["twist"],
         twist_rate=_by_run(estimate_rate, twist, record.time, run_ranges),
         torque=record.output_torque,
-        torque_rate=speed["torque"],
+        torque_rate=_by_run(estimate_rate, record.output_torque, record.time, run_ranges),
         ratio=ratio,
     )
 
