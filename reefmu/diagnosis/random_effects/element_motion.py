@@ -32,8 +32,8 @@ TWIST_STEP = 0.05
 """Change of the twist within a part, over the greatest one of the drawing, up to which torque is taken to be linear in
 it; about a step of the tables of `responses`, between whose nodes it is."""
 LEAST_CHANGE = 1e-3
-"""rad, by which a filter must move the elements for the sample before to count; chosen by judgement, a tenth of the
-width in which elements fade at the edges of the profile."""
+"""rad, by which an instant before must move the mean position of the elements to count; chosen by judgement, a tenth of
+the width in which elements fade at the edges of the profile."""
 GOLDEN = (math.sqrt(5) - 1) / 2
 """Multiples of the golden ratio are spread over a turn as evenly as those of any number (Weyl sequence)."""
 
@@ -102,13 +102,13 @@ def element_motion(drive: Drive, trace: Trace, blocks: Blocks, time_constant: fl
     That position follows the output: where the crank is locked, a twist of the output moves the elements along the
     profile as far as the crank would have to turn for it.
     """
-    now, before = filtered_instants(trace, time_constant)
-    own = _at_instant(drive, now, blocks)
-    if time_constant <= 0:
-        return own
-    change = blocks.mean(before.share * np.abs(_rotation(drive, now) - _rotation(drive, before)))
-    moved = change > LEAST_CHANGE
-    return _in_turn(own, _at_instant(drive, before, blocks), blocks.mean(before.share) * moved)
+    own, *others = filtered_instants(trace, time_constant)
+    found, counted = _at_instant(drive, own, blocks), own.share
+    for other in others:
+        counted = counted + other.share
+        moved = blocks.mean(other.share * np.abs(_rotation(drive, own) - _rotation(drive, other))) > LEAST_CHANGE
+        found = _in_turn(found, _at_instant(drive, other, blocks), blocks.mean(other.share / counted) * moved)
+    return found
 
 
 def _rotation(drive: Drive, instant: Instant) -> Array:
