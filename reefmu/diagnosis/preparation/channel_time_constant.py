@@ -10,49 +10,50 @@ from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
+from ...effects import find_effect
+from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES, Weighting, weighting_of_covariance
+from ..estimation.score_test import linearise
+from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES, weighting_of_covariance
 from ..preprocessing.trace import Blocks, Trace
 from ..random_effects.element_motion import element_motion
 from ..random_effects.scatter import N_JOBS, Scatter
 from ..random_effects.tolerance_scatter import Spread, in_turn
 
-TIME_CONSTANTS = tuple(1e-4 * k for k in range(11))
-"""s, that are tried for the filter of all channels: bandwidths from 160 Hz on. Where elements pass faster, a fast run
-hardly shows them. The likelihood has several maxima, of which one is 0.1 ms wide."""
+TIME_CONSTANTS = tuple(2e-4 * k for k in range(6))
+"""s, that are tried first for the filter of all channels: bandwidths from 160 Hz on. Where elements pass faster, a fast
+run hardly shows them. The likelihood has a maximum about 0.2 ms wide at the true one, and may have lower ones."""
 FEW_STARTS = 2
-"""Positions of the first element by which they are compared; with 12 the costs of two simulated individuals differ by
-up to 100, where that of the likeliest is 350 to 960 below the unfiltered one, and the likeliest is the same."""
-EVERY = 2
-"""One of so many blocks in which the crank turns, by which they are compared. Chosen among 1, 2, 3 and 4: of 20
-individuals with a filter that shows, it moves the likeliest time constant by less than 0.05 ms in 16 and by 0.1 to 0.5
-ms in the others, where it is hardly known; 3 moves it by less than 0.05 ms in 11."""
+"""Positions of the first element by which they are compared; with 12 the costs of six simulated individuals differ by
+up to 100, and the likeliest by less than 0.05 ms."""
 LEAST_TURN = 1.0
 """rad, of the crank, from which a run shows elements that pass; chosen by judgement, the width of a profile."""
 
+LEAST_INDEPENDENT = 1e-9
+"""Eigenvalue of the correlations of free columns, over the largest, below which it counts as zero: rounding."""
+
 
 def channel_time_constant(
-    problem: Problem, scatter: Scatter, residual: Array, spread: Spread, tried: Sequence[float] = TIME_CONSTANTS
+    problem: Problem, scatter: Scatter, without_effects: Fit, spread: Spread, tried: Sequence[float] = TIME_CONSTANTS
 ) -> float:
-    """s, the likeliest time constant of the filter that all channels have passed, beside a residual (n,), N.m.
+    """s, the likeliest time constant of the filter that all channels have passed, beside a fit without effects.
 
-    Where elements pass at several speeds, it shows in the runs that turn, each of which may have friction of its own,
-    and all damping. It is 0 where a mean drive is likelier than an individual: no single element shows there.
+    Where elements pass at several speeds, it shows in the runs that turn, each of which may have friction of its own.
+    Where an effect is missing, the covariance of a filter that is not the true one would explain more of it. It is 0
+    where a mean drive is likelier than an individual: no single element shows there.
     tried: s, from 0 on, at even steps.
     """
     drive, trace, blocks = scatter.drive, problem.trace, problem.blocks
     run = trace.run[blocks.first]
-    turns = np.isin(run, [r for r in np.unique(run) if np.ptp(trace.crank[trace.run == r]) > LEAST_TURN])
-    turns[np.flatnonzero(turns)[1::EVERY]] = False
-    speed = blocks.mean(np.abs(trace.crank_speed))[turns]
-    if not turns.any() or speed.max() * tried[-1] < 2 * np.pi / drive.elements / 10:
+    speed = blocks.mean(np.abs(trace.crank_speed))
+    turns = np.isin(run, [r for r in np.unique(run) if np.ptp(trace.crank[trace.run == r]) > LEAST_TURN]) & (speed > 0)
+    if not turns.any() or speed[turns].max() * tried[-1] < 2 * np.pi / drive.elements / 10:
         return 0.0
     of_runs = (run[turns, None] == np.unique(run[turns])).astype(float)
-    free = np.concatenate([of_runs, blocks.mean(trace.twist_rate)[turns, None]], axis=1)
+    free = np.concatenate([of_runs, _missing(problem, without_effects)[turns]], axis=1)
+    residual = problem.torque[turns] - without_effects.prediction.torque[turns]
     few = replace(scatter, starts=FEW_STARTS)
-    turning = _Turning(
-        few, trace, blocks, turns, problem.variance[turns], residual[turns], free, problem.base.full_torque
-    )
+    turning = _Turning(few, trace, blocks, turns, problem.variance[turns], residual, free, problem.base.full_torque)
     unfiltered = turning.costs(0.0, spread)
     if SCATTER_SIZES[int(np.argmin(unfiltered))] < INDIVIDUAL_SIZE:
         return 0.0
@@ -65,12 +66,26 @@ def channel_time_constant(
         }
 
     coarse = {0.0: min(unfiltered)} | least_costs(tried[1:])
-    likeliest = min(sorted(coarse), key=lambda time_constant: coarse[time_constant])
-    if likeliest in (tried[0], tried[-1]):
-        return likeliest
-    half = (tried[1] - tried[0]) / 2
-    before, after = least_costs([likeliest - half, likeliest + half]).values()
-    return _vertex(likeliest, half, [before, coarse[likeliest], after])
+    about, half = min(sorted(coarse), key=lambda time_constant: coarse[time_constant]), (tried[1] - tried[0]) / 2
+    fine = coarse | least_costs([t for t in (about - half, about + half) if tried[0] < t < tried[-1]])
+    times = sorted(fine)
+    at = min(range(len(times)), key=lambda k: fine[times[k]])
+    if at in (0, len(times) - 1):
+        return times[at]
+    return _vertex(times[at], half, [fine[t] for t in times[at - 1 : at + 2]])
+
+
+def _missing(problem: Problem, without_effects: Fit) -> Array:
+    """(n, k) N.m, what a fit without effects may lack, to first order: its own parameters, since what is missing has
+    moved them, and all candidates but those that belong to single elements, as their scatter does."""
+    of_curve = [name for name in problem.candidates if not _is_of_one_element(name)]
+    directions = [direction for name in of_curve for direction in linearise(problem, name, without_effects)]
+    columns = [without_effects.prediction.sensitivities, *(direction.columns for direction in directions)]
+    return np.concatenate(columns, axis=1)
+
+
+def _is_of_one_element(name: str) -> bool:
+    return any(parameter.name == "phase" for parameter in find_effect(name).parameters)
 
 
 @dataclass(frozen=True)
@@ -93,7 +108,9 @@ class _Turning:
         some = replace(self.scatter, motion=motion, twist=self.scatter.twist[self.turns])
         weights = weighting_of_covariance(self.variance, some.covariance_at(some.twist, spread=spread))
         weights = weights.with_unknown_forms(self.full_torque)
-        return [_cost_beside(weights.with_size(size), self.residual, self.free) for size in SCATTER_SIZES]
+        values = np.concatenate([self.free, self.residual[:, None]], axis=1)
+        products = zip(weights.products(values, SCATTER_SIZES), SCATTER_SIZES, strict=True)
+        return [_rest(of_size) + weights.with_size(size).log_determinant for of_size, size in products]
 
 
 def _least_costs(job: tuple[_Turning, Sequence[float]]) -> list[float]:
@@ -108,8 +125,8 @@ def _vertex(middle: float, step: float, costs: Sequence[float]) -> float:
     return middle + step * float(np.clip(0.5 * (before - after) / bend, -1, 1)) if bend > 0 else middle
 
 
-def _cost_beside(weights: Weighting, residual: Array, columns: Array) -> float:
-    """-2 log likelihood of a residual (n,), N.m, beside free columns (n, k)."""
-    white = weights.whiten(columns)
-    amplitudes = np.linalg.lstsq(white, weights.whiten(residual), rcond=None)[0]
-    return weights.cost(residual - columns @ amplitudes)
+def _rest(products: Array) -> float:
+    """What free columns leave of the last one, from the inner products (k, k) of all."""
+    scale = np.sqrt(np.maximum(np.diag(products)[:-1], 1e-300))
+    free, along = products[:-1, :-1] / scale / scale[:, None], products[:-1, -1] / scale
+    return float(products[-1, -1] - along @ np.linalg.pinv(free, rcond=LEAST_INDEPENDENT, hermitian=True) @ along)

@@ -148,8 +148,7 @@ def _with_scatter(problem: Problem, without_effects: Fit, spread: Spread, time_c
     if base.drive is None:
         return problem
     scatter = Scatter(base.drive, element_responses(base.drive), element_motion(base.drive, trace, blocks), twist)
-    residual = problem.torque - without_effects.prediction.torque
-    time_constant = channel_time_constant(problem, scatter, residual, spread, time_constants)
+    time_constant = channel_time_constant(problem, scatter, without_effects, spread, time_constants)
     if time_constant > 0:
         motion = element_motion(base.drive, trace, blocks, time_constant)
         scatter = replace(scatter, motion=motion, time_constant=time_constant)

@@ -73,13 +73,23 @@ def test_a_large_kinematic_error_does_not_hide_in_the_scatter(per_row: int) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("time_constant", [0.0, 3e-4, 5e-4])
-def test_the_filter_of_all_channels_is_found_where_elements_pass_at_several_speeds(time_constant: float) -> None:
-    """Within 0.05 ms, of a record ten times as fast as the usual one: by where the elements were at the first part of
-    each block before the filter."""
+@pytest.mark.parametrize(
+    ("time_constant", "damping", "friction"),
+    [(0.0, 0.0, 0.0), (3e-4, 0.0, 0.0), (5e-4, 0.0, 0.0), (5e-4, 500.0, 0.0), (5e-4, 0.0, 20.0)],
+)
+def test_the_filter_of_all_channels_is_found_where_elements_pass_at_several_speeds(
+    time_constant: float, damping: float, friction: float
+) -> None:
+    """Within 0.05 ms, of a record ten times as fast as the usual one, whatever is missing: by where the elements were
+    at the first part of each block before the filter. damping: N.m.s/rad, of the twist; friction: N.m, of the
+    output."""
     drive = seated_drive(29)
     usual = record_of_individual(drive, noise=0.1)
-    record = with_filtered_channels(replace(usual, time=usual.time / 10), time_constant or 1e-9)
+    usual = replace(usual, time=usual.time / 10)
+    trace = make_trace(usual, drive.ratio)
+    missing = damping * trace.twist_rate + friction * np.sign(trace.output_speed)
+    record = replace(usual, output_torque=usual.output_torque + missing)
+    record = with_filtered_channels(record, time_constant or 1e-9)
     trace = make_trace(record, drive.ratio)
     problem = prepare_problem(record, trace, drawing_base(drive, mean_lookup(drive)))
     scatter = problem.scatter
