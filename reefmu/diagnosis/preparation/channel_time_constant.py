@@ -22,13 +22,13 @@ from ..random_effects.tolerance_scatter import Spread, in_turn
 
 TIME_CONSTANTS = tuple(2e-4 * k for k in range(6))
 """s, that are tried first for the filter of all channels: bandwidths from 160 Hz on. Where elements pass faster, a fast
-run hardly shows them. The likelihood has a maximum about 0.2 ms wide at the true one, and may have lower ones."""
+run hardly shows them. Of records that are sampled every millisecond the likelihood has a maximum about 0.2 ms wide at
+the true one, and may have lower ones."""
 FEW_STARTS = 2
-"""Positions of the first element by which they are compared; with 12 the costs of six simulated individuals differ by
-up to 100, and the likeliest by less than 0.05 ms."""
+"""Positions of the first element by which they are compared. With 12, by every second block, the costs of six simulated
+individuals differ by up to 100, and the likeliest by at most 0.01 ms but for one from which a ball is missing (0.1)."""
 LEAST_TURN = 1.0
 """rad, of the crank, from which a run shows elements that pass; chosen by judgement, the width of a profile."""
-
 LEAST_INDEPENDENT = 1e-9
 """Eigenvalue of the correlations of free columns, over the largest, below which it counts as zero: rounding."""
 

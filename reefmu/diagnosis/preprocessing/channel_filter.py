@@ -23,8 +23,8 @@ from .trace import Trace
 
 LAST_SHARE = 0.1
 """Weight of the last samples before, in the mean, that are counted together. Chosen by the likelihood of seven records
-of individuals, whose torque was read at twice the time constant: -2 log likelihood is 4 to 39 lower than where all
-samples before (0.42) are counted at the first of them, and changes by less than 6 with 0.007."""
+of individuals that were sampled at twice the time constant: -2 log likelihood is 4 to 39 lower than where all samples
+before (0.42) are counted at the first of them, and changes by less than 6 with 0.007."""
 
 
 @dataclass(frozen=True)
