@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from stiffness_model.numerics.arrays import Array
 
 from ..diagnosis.discrimination.effect_columns import ACCUMULATING, Sensitivities
-from ..diagnosis.discrimination.simulated_scores import eliminate
+from ..diagnosis.estimation.score_test import eliminate
 from .diagnosis_link import noise_whitened
 from .protocols.rig import RigNoise
 from .protocols.schedule import Schedule

@@ -9,16 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from stiffness_model.numerics.arrays import Array
 
+from ..estimation.score_test import eliminate
 from ..estimation.weighting import SCATTER_SIZES, Weighting
 from ..inference.simulated_records import simulate_records
 from .effect_columns import Sensitivities
-
-MIN_BASE_EIGENVALUE = 1e-9
-"""Eigenvalue of the correlations of the base model's columns below which it counts as zero: rounding."""
 
 
 @dataclass(frozen=True)
@@ -78,21 +75,3 @@ def information_under(s: Sensitivities, weights: Weighting) -> Array:
     """(k, k) information of the columns under a covariance, orthogonal to the base model."""
     values = np.concatenate([s.columns, s.base, s.held], axis=1)
     return eliminate(weights.products(values, [weights.size])[0], s.columns.shape[1], s.base.shape[1])
-
-
-def eliminate(total: Array, n_kept: int, n_base: int) -> Array:
-    """(n_kept, n_kept) Schur complement in products (t, t) of n_kept columns, of n_base columns of free parameters, and
-    of random effects with unit prior information."""
-    k, inner = n_kept, n_kept + n_base
-    with_random = total[:inner, :inner]
-    if total.shape[0] > inner:
-        across = total[inner:, :inner]
-        lower = np.linalg.cholesky(total[inner:, inner:] + np.eye(total.shape[0] - inner))
-        half = solve_triangular(lower, across, lower=True, check_finite=False)
-        with_random = with_random - half.T @ half
-    # Free parameters have any units: only the correlation of their columns counts.
-    unit = np.sqrt(np.maximum(np.diag(with_random)[k:], 1e-300))
-    values, vectors = np.linalg.eigh(with_random[k:, k:] / np.outer(unit, unit))
-    keep = values > MIN_BASE_EIGENVALUE
-    half = (vectors[:, keep] / np.sqrt(values[keep])).T @ (with_random[k:, :k] / unit[:, None])
-    return with_random[:k, :k] - half.T @ half

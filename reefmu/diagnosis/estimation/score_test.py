@@ -11,6 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from stiffness_model.numerics.arrays import Array
 
@@ -31,6 +32,8 @@ ONSETS = (0.7, 10.0)
 """Starting values of a time that may be infinite, over the whole record. Chosen by judgement: within and beyond it."""
 SPEED_QUANTILES = (0.1, 0.5, 0.9)
 """Quantiles of the moving output's speed that start a speed. Chosen by judgement to cover what the record visits."""
+MIN_BASE_EIGENVALUE = 1e-9
+"""Eigenvalue of the correlations of the base model's columns below which it counts as zero: rounding."""
 
 
 @dataclass(frozen=True)
@@ -129,6 +132,24 @@ def absorbing_basis(weights: Weighting, columns: Array, deviation: Array) -> Arr
     vectors, size, _ = np.linalg.svd(held - span @ (span.T @ held), full_matrices=False)
     # (I + U S^2 U^T)^(-1/2) = I - U (1 - 1 / sqrt(1 + S^2)) U^T
     return np.concatenate([span, vectors * np.sqrt(1 - 1 / np.sqrt(1 + size**2))], axis=1)
+
+
+def eliminate(total: Array, n_kept: int, n_base: int) -> Array:
+    """(n_kept, n_kept) Schur complement in products (t, t) of n_kept columns, of n_base columns of free parameters, and
+    of random effects with unit prior information."""
+    k, inner = n_kept, n_kept + n_base
+    with_random = total[:inner, :inner]
+    if total.shape[0] > inner:
+        across = total[inner:, :inner]
+        lower = np.linalg.cholesky(total[inner:, inner:] + np.eye(total.shape[0] - inner))
+        half = solve_triangular(lower, across, lower=True, check_finite=False)
+        with_random = with_random - half.T @ half
+    # Free parameters have any units: only the correlation of their columns counts.
+    unit = np.sqrt(np.maximum(np.diag(with_random)[k:], 1e-300))
+    values, vectors = np.linalg.eigh(with_random[k:, k:] / np.outer(unit, unit))
+    keep = values > MIN_BASE_EIGENVALUE
+    half = (vectors[:, keep] / np.sqrt(values[keep])).T @ (with_random[k:, :k] / unit[:, None])
+    return with_random[:k, :k] - half.T @ half
 
 
 def _orthonormal(white: Array) -> Array:

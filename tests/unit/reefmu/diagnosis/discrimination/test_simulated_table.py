@@ -8,13 +8,9 @@ import pytest
 from reefmu.diagnosis.calibrated_odds import CALIBRATED, NAMED, least_evidence
 from reefmu.diagnosis.discrimination.effect_columns import Variant
 from reefmu.diagnosis.discrimination.rival_hypotheses import RivalHypothesis
-from reefmu.diagnosis.discrimination.simulated_scores import (
-    ScoresAtSize,
-    SimulatedScores,
-    eliminate,
-    gaussian_scores,
-)
+from reefmu.diagnosis.discrimination.simulated_scores import ScoresAtSize, SimulatedScores, gaussian_scores
 from reefmu.diagnosis.discrimination.simulated_table import SimulatedTable
+from reefmu.diagnosis.estimation.score_test import eliminate
 from stiffness_model.numerics.arrays import Array
 
 NAMES = ("creep", "damping", "hysteresis")
