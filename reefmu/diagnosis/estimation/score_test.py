@@ -33,7 +33,7 @@ ONSETS = (0.7, 10.0)
 SPEED_QUANTILES = (0.1, 0.5, 0.9)
 """Quantiles of the moving output's speed that start a speed. Chosen by judgement to cover what the record visits."""
 MIN_BASE_EIGENVALUE = 1e-9
-"""Eigenvalue of the correlations of the base model's columns below which it counts as zero: rounding."""
+"""Eigenvalue of the correlations of free parameters' columns below which it counts as zero: rounding."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,11 @@ def amplitudes(effect: Effect) -> list[int]:
     ]
 
 
+def is_of_one_element(effect: Effect) -> bool:
+    """Whether an effect is that of one element, by its phase."""
+    return any(p.name == "phase" for p in effect.parameters)
+
+
 def start_variants(effect: Effect, trace: Trace, max_twist: float, elements: int) -> list[Array]:
     """Parameter vectors of an effect with neutral amplitudes and varied lengths, times, speeds and phases.
 
@@ -69,7 +74,7 @@ def start_variants(effect: Effect, trace: Trace, max_twist: float, elements: int
     the trace of one element is like that of its neighbour, and less like those farther away.
     """
     variants: list[dict[str, float]] = [{}]
-    if any(p.name == "phase" for p in effect.parameters):
+    if is_of_one_element(effect):
         variants = [{"phase": float(phase)} for phase in 2 * np.pi * np.arange(elements) / elements - np.pi]
     if any(p.name == "windup" for p in effect.parameters):
         # Where the crank hardly winds up a fit converges from either end.

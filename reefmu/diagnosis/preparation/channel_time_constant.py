@@ -13,7 +13,7 @@ from stiffness_model.numerics.arrays import Array
 from ...effects import find_effect
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..estimation.score_test import linearise
+from ..estimation.score_test import eliminate, is_of_one_element, linearise
 from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES, weighting_of_covariance
 from ..preprocessing.trace import Blocks, Trace
 from ..random_effects.element_motion import element_motion
@@ -29,8 +29,6 @@ FEW_STARTS = 2
 individuals differ by up to 100, and the likeliest by at most 0.01 ms but for one from which a ball is missing (0.1)."""
 LEAST_TURN = 1.0
 """rad, of the crank, from which a run shows elements that pass; chosen by judgement, the width of a profile."""
-LEAST_INDEPENDENT = 1e-9
-"""Eigenvalue of the correlations of free columns, over the largest, below which it counts as zero: rounding."""
 
 
 def channel_time_constant(
@@ -78,14 +76,10 @@ def channel_time_constant(
 def _missing(problem: Problem, without_effects: Fit) -> Array:
     """(n, k) N.m, what a fit without effects may lack, to first order: its own parameters, since what is missing has
     moved them, and all candidates but those that belong to single elements, as their scatter does."""
-    of_curve = [name for name in problem.candidates if not _is_of_one_element(name)]
+    of_curve = [name for name in problem.candidates if not is_of_one_element(find_effect(name))]
     directions = [direction for name in of_curve for direction in linearise(problem, name, without_effects)]
     columns = [without_effects.prediction.sensitivities, *(direction.columns for direction in directions)]
     return np.concatenate(columns, axis=1)
-
-
-def _is_of_one_element(name: str) -> bool:
-    return any(parameter.name == "phase" for parameter in find_effect(name).parameters)
 
 
 @dataclass(frozen=True)
@@ -108,9 +102,12 @@ class _Turning:
         some = replace(self.scatter, motion=motion, twist=self.scatter.twist[self.turns])
         weights = weighting_of_covariance(self.variance, some.covariance_at(some.twist, spread=spread))
         weights = weights.with_unknown_forms(self.full_torque)
-        values = np.concatenate([self.free, self.residual[:, None]], axis=1)
+        values = np.concatenate([self.residual[:, None], self.free], axis=1)
         products = zip(weights.products(values, SCATTER_SIZES), SCATTER_SIZES, strict=True)
-        return [_rest(of_size) + weights.with_size(size).log_determinant for of_size, size in products]
+        return [
+            float(eliminate(of_size, 1, self.free.shape[1])[0, 0]) + weights.with_size(size).log_determinant
+            for of_size, size in products
+        ]
 
 
 def _least_costs(job: tuple[_Turning, Sequence[float]]) -> list[float]:
@@ -123,10 +120,3 @@ def _vertex(middle: float, step: float, costs: Sequence[float]) -> float:
     before, least, after = costs
     bend = before - 2 * least + after
     return middle + step * float(np.clip(0.5 * (before - after) / bend, -1, 1)) if bend > 0 else middle
-
-
-def _rest(products: Array) -> float:
-    """What free columns leave of the last one, from the inner products (k, k) of all."""
-    scale = np.sqrt(np.maximum(np.diag(products)[:-1], 1e-300))
-    free, along = products[:-1, :-1] / scale / scale[:, None], products[:-1, -1] / scale
-    return float(products[-1, -1] - along @ np.linalg.pinv(free, rcond=LEAST_INDEPENDENT, hermitian=True) @ along)

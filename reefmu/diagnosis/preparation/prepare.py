@@ -45,8 +45,8 @@ def prepare_problem(
     time_constants: Sequence[float] = TIME_CONSTANTS,
 ) -> Problem:
     """The problem with all candidates that the record's columns allow, without simulated individuals of a drawing;
-    spread: shares the work among processes; blocks: approximate number of them; time_constants: s, from 0 on, that the
-    filter of all channels may have."""
+    spread: shares the work among processes; blocks: approximate number of them; time_constants: s, from 0 on, that are
+    tried first for the filter of all channels."""
     problem = _without_scatter(record, trace, base, blocks)
     return _with_noise_of_twist(_with_scatter(problem, base_fit(problem), spread, time_constants), trace)
 
