@@ -104,6 +104,11 @@ class State:
     minimum: float | None = None
     maximum: float | None = None
 
+    @property
+    def is_share(self) -> bool:
+        """Whether it is a share between two bounds, as that of a friction that is built up."""
+        return self.minimum is not None and self.maximum is not None
+
 
 class Requirement(Enum):
     """What a diagnosis needs to consider an effect; the value states what is missing otherwise."""
@@ -196,3 +201,8 @@ class Effect:
     def experiment(self) -> str:
         """The test that shows the effect, as part of a sentence."""
         return self.identification.shown_by or self.excitation.rstrip(".").lower()
+
+    @property
+    def friction_paths(self) -> frozenset[IndependentVariable]:
+        """The angles along which it builds up friction."""
+        return frozenset(state.independent_variable for state in self.states if state.is_share)

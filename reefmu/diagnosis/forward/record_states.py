@@ -196,7 +196,8 @@ class RecordStates:
         begin = self._begin(function.effect.states[s])
         a, b = function.equations[s](k.signals, p[self.slices[i]], [state.value for state in x[i]])
         decay, mean, mean_slope = exponentials(a.value * length)
-        trajectory = recurrence(decay, [b.value * length * mean], begin)[0]
+        initial = self._initial(function.effect.states[s])
+        trajectory = recurrence(decay, [b.value * length * mean], begin, initial)[0]
         before = _before(trajectory, begin)
         by_a = length * decay * before + b.value * length**2 * mean_slope
         by_b = length * mean
@@ -210,6 +211,11 @@ class RecordStates:
     def _begin(self, state: State) -> NDArray[np.bool_]:
         """Where a state starts anew: with every run, or with the record."""
         return self.trace.start if state.resets else self.trace.first
+
+    def _initial(self, state: State) -> float | Array:
+        """Where a state starts: (runs, 1) friction that is built up, all else at zero."""
+        built_up = self.trace.friction.get(state.independent_variable) if state.is_share else None
+        return 0.0 if built_up is None else built_up[:, None]
 
     def _with_begin(self, states: Sequence[tuple[int, int]]) -> Iterator[tuple[tuple[int, int], NDArray[np.bool_]]]:
         return ((at, self._begin(self.functions[at[0]].effect.states[at[1]])) for at in states)

@@ -33,13 +33,16 @@ def exponentials(z: Array) -> tuple[Array, Array, Array]:
     return 1 + change, mean, slope
 
 
-def recurrence(decay: Array, gains: Sequence[Array], begin: NDArray[np.bool_]) -> list[Array]:
-    """Solutions (n,) of x[k] = decay[k] x[k-1] + gain[k], zero where `begin` (n,), for each of several gains (n,)."""
+def recurrence(
+    decay: Array, gains: Sequence[Array], begin: NDArray[np.bool_], initial: float | Array = 0.0
+) -> list[Array]:
+    """Solutions (n,) of x[k] = decay[k] x[k-1] + gain[k] for several gains (n,); `initial`, () or (runs, 1), where
+    `begin` (n,)."""
     n = len(begin)
     right = np.zeros((n, len(gains)), order="F")
     for k, gain in enumerate(gains):
         right[:, k] = gain
-    right[begin] = 0.0
+    right[begin] = initial
     band = np.ones((2, n), order="F")
     band[1, :-1] = np.where(begin, 0.0, -decay)[1:]
     x, info = lapack.dtbtrs(  # type: ignore[attr-defined]

@@ -72,6 +72,7 @@ def thin_trace(trace: Trace, blocks: Blocks) -> tuple[Trace, Blocks]:
         torque_rate=means(trace.torque_rate),
         torque=means(trace.torque),
         ratio=trace.ratio,
+        friction=trace.friction,
     )
     weight = count / blocks.count[number[first]]
     return thinned, WeightedBlocks(np.searchsorted(first, blocks.first), blocks.count, weight)

@@ -7,8 +7,8 @@ moves. The elastic torque depends on the twist as measured.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
+from ...effects import IndependentVariable
 from ...record import Record
 from .motion import estimate_rate, estimate_speed, monotone_path, signal_noise
 
@@ -28,7 +29,8 @@ class Trace:
     start: whether a sample is the first of its run; step: s, time since the sample before, never negative; twist: rad,
     as measured; smooth_twist, crank, output: rad, paths without noise (see `motion`); *_speed, twist_rate: rad/s;
     torque: N.m, as measured; torque_rate: N.m/s, of the torque without noise; ratio: signed, None where it is not
-    known: the crank then stands still, or its angle and speed are referred to the output.
+    known: the crank then stands still, or its angle and speed are referred to the output; friction: (runs,) share of
+    the friction along an angle that is built up when a run starts, -1 to 1, by angle; none where it is not given.
     """
 
     time: Array
@@ -46,6 +48,7 @@ class Trace:
     torque: Array
     torque_rate: Array
     ratio: float | None
+    friction: Mapping[IndependentVariable, Array] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.time)

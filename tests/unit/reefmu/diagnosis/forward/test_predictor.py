@@ -10,7 +10,7 @@ from reefmu.diagnosis.forward.elastic import ElasticTorque
 from reefmu.diagnosis.forward.predictor import Predictor
 from reefmu.diagnosis.forward.vectorised import Number
 from reefmu.diagnosis.preprocessing.trace import make_trace
-from reefmu.effects import EFFECTS
+from reefmu.effects import EFFECTS, IndependentVariable
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.model.drive_model import build_model
 from reefmu.record import make_record
@@ -98,6 +98,24 @@ def test_loops_of_few_samples_among_slow_ones_are_followed(name: str) -> None:
     wanted = simulate_record(build_model(rig.drive(), {name: sizes}, lookup=lookup), record)["measured.tau"]
     predictor = Predictor(make_trace(record, rig.drive().ratio), drawing_base(rig.drive(), lookup), (name,))
     assert np.abs(predictor(np.array([0.0, 0.0, *sizes.values()])).torque - wanted).max() < 1e-9
+
+
+def test_friction_that_is_built_up_when_a_run_starts_decays_along_its_path() -> None:
+    """By exp(-path/presliding) in every run from its own share, since the law is linear in its state."""
+    trace, length = make_trace(rig.protocol(), rig.drive().ratio), 2e-4
+    base = drawing_base(rig.drive(), cached_lookup(rig.drive()))
+    at = np.array([0.0, 0.0, 4.0, length])
+    shares = np.linspace(-1, 1, len(trace.run_ranges))
+    built_up = replace(trace, friction={IndependentVariable.TWIST: shares})
+    plain, found = (Predictor(one, base, ("hysteresis",))(at).torque for one in (trace, built_up))
+    for share, (first, last) in zip(shares, trace.run_ranges, strict=True):
+        path = np.abs(np.diff(trace.smooth_twist[first:last], prepend=trace.smooth_twist[first])).cumsum()
+        np.testing.assert_allclose((found - plain)[first:last], 4.0 * share * np.exp(-path / length), atol=1e-9)
+    other = replace(trace, friction={IndependentVariable.OUTPUT: shares})
+    assert np.array_equal(Predictor(other, base, ("hysteresis",))(at).torque, plain)
+    slope = (Predictor(built_up, base, ("hysteresis",))(at + np.array([0, 0, 0, 1e-9])).torque - found) / 1e-9
+    sensitivity = Predictor(built_up, base, ("hysteresis",))(at).sensitivities[:, 3]
+    assert np.abs(slope - sensitivity).max() < 1e-3 * np.abs(slope).max()
 
 
 def test_every_candidate_is_in_a_set() -> None:
