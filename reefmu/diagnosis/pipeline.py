@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
+from contextlib import ExitStack
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +25,12 @@ from .inference.evidence import Evidence
 from .inference.isolability import Isolability, isolability
 from .losses.crank_losses import CRANK_FRICTION, LAW, crank_losses, with_losses
 from .losses.stated_friction import friction_inside, without_stated_friction
-from .preparation import BaseCurveSource, prepare_problem, with_individuals
+from .preparation import (
+    BaseCurveSource,
+    prepare_problem,
+    with_friction_at_start,
+    with_individuals,
+)
 from .preprocessing.audit import Audit, audit
 from .preprocessing.trace import make_trace
 from .probabilities.assessment import assess, record_isolability
@@ -102,8 +108,14 @@ def _analyse(
         return _timed(insufficient_diagnosis(audited, [too_noisy]), started)
     report("single effects", 0.1)
     evidence, isolated = _single_effects(problem, executor)
-    with open_pool(evidence.problem, executor) as pool:
+    with ExitStack() as pools:
+        pool = pools.enter_context(open_pool(evidence.problem, executor))
         evidence = _several_effects(evidence, pool, report)
+        problem = with_friction_at_start(evidence.problem, evidence.search.all_fits)
+        if problem is not evidence.problem:
+            pool = pools.enter_context(open_pool(problem, executor))
+            evidence = _searched_anew(evidence, pool, report)
+        evidence = replace(evidence, problem=with_individuals(evidence.problem, spread=spread_over(executor)))
         report("probabilities", 0.9)
         found, problem = assess(evidence, priors, pool), evidence.problem
         base, chosen = evidence.search.base, found.conclusion.chosen
@@ -124,11 +136,17 @@ def _analyse(
     return Analysis(record, evidence, isolated, found.conclusion, written, _timed(diagnosis, started))
 
 
+def _searched_anew(evidence: Evidence, pool: WorkerPool, report: Progress) -> Evidence:
+    """The evidence of fits to the problem of a pool, which has the record and the candidates of the evidence."""
+    base = evidence.search.base
+    search = single_effects(pool, base, linearise_candidates(pool, base))
+    return _several_effects(Evidence(pool.problem, search), pool, report)
+
+
 def _several_effects(evidence: Evidence, pool: WorkerPool, report: Progress) -> Evidence:
-    """The evidence with sets of several effects, and with simulated individuals."""
+    """The evidence with sets of several effects."""
     whole = several_effects(pool, evidence.search, MAX_EFFECTS, lambda stage, share: report(stage, 0.2 + 0.7 * share))
-    problem = with_individuals(evidence.problem, spread=spread_over(pool.executor))
-    return replace(evidence, problem=problem, search=whole)
+    return replace(evidence, search=whole)
 
 
 def _told_apart(problem: Problem, job: tuple[Array, Fit, Fit, Mapping[str, float]]) -> IsolabilityMatrix:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
-from ...effects import Parameter, find_effect
+from ...effects import IndependentVariable, Parameter, find_effect
 from ..forward.predictor import Prediction, Predictor
 from .weighting import Projection, Weighting
 
@@ -105,6 +105,11 @@ class Fit:
     def n_effect_parameters(self) -> int:
         """Number of parameters of the effects."""
         return sum(len(find_effect(name).parameters) for name in self.names)
+
+    @property
+    def friction_paths(self) -> frozenset[IndependentVariable]:
+        """The angles along which its effects build up friction."""
+        return frozenset().union(*(find_effect(name).friction_paths for name in self.names))
 
 
 @dataclass(frozen=True)

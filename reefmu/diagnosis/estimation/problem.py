@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from stiffness_model.numerics.arrays import Array
 
+from ...effects import IndependentVariable
 from ..forward.base_curve import BaseCurve
 from ..forward.parameter_layout import N_RIG, ParameterLayout
 from ..forward.predictor import Contacts, Predictor
@@ -61,8 +62,8 @@ class Problem:
     both in each block mean; candidates: effects that may be named; excluded: the others, with the reason; scatter: of
     the population, None without a drawing; weights_cache: memo of `weights_at`; individuals: (m, n) N.m, torque of
     simulated individual drives less the mean drive's, (0, n) without a drawing; cycle_scatter: between cycles that
-    repeat in torque, None where none do or they repeat in time; cycles: those that repeat in torque, None where none
-    do.
+    repeat in torque, None where none do or they repeat in time; cycles: those that repeat in torque, if any;
+    cost_of_start: of `Trace.friction` to sets with such friction, in -2 log likelihood, by its angle.
     """
 
     base: BaseCurve
@@ -79,6 +80,7 @@ class Problem:
     individuals: Array = field(default_factory=lambda: np.zeros((0, 0)))
     cycle_scatter: CycleScatter | None = None
     cycles: Cycles | None = None
+    cost_of_start: Mapping[IndependentVariable, float] = field(default_factory=dict)
 
     @cached_property
     def torque(self) -> Array:

@@ -82,7 +82,7 @@ def _through_damping(problem: Problem, base: Fit, trace: Trace) -> Array:
 
 def _through_friction(problem: Problem, base: Fit, trace: Trace) -> Array:
     """(n,) (N.m)^2, what the noise of the twist's path does to the friction along it that the record shows most."""
-    along_twist = [name for name in problem.candidates if _evolves_along_twist(name)]
+    along_twist = [n for n in problem.candidates if IndependentVariable.TWIST in find_effect(n).friction_paths]
     directions = [direction for name in along_twist for direction in linearise(problem, name, base)]
     ranked = rank_directions(problem, base, directions, base.weighting.size)
     if not ranked or ranked[0][0] <= MIN_GAIN:
@@ -96,10 +96,6 @@ def _through_friction(problem: Problem, base: Fit, trace: Trace) -> Array:
 
     errors = [along(path) - found.prediction.torque for path in noisy_paths(trace)]
     return np.mean(np.square(errors), axis=0) if errors else np.zeros(len(problem.variance))
-
-
-def _evolves_along_twist(name: str) -> bool:
-    return any(state.independent_variable is IndependentVariable.TWIST for state in find_effect(name).states)
 
 
 def _without_scatter(record: Record, trace: Trace, base: BaseCurve, count: int = SEARCH_BLOCKS) -> Problem:

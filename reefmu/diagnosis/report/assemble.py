@@ -60,6 +60,21 @@ def notes_on_measurement(problem: Problem) -> list[str]:
     return notes
 
 
+def notes_on_friction(problem: Problem, chosen: Fit) -> list[str]:
+    """What the reader should know of the friction of a fit: whether it is built up when runs start."""
+    notes: list[str] = []
+    for path, shares in problem.trace.friction.items():
+        names = [name for name in chosen.names if path in find_effect(name).friction_paths]
+        if names:
+            low, high = (f"{100 * share:.0f} %" for share in (shares.min(), shares.max()))
+            notes.append(
+                f"the friction ({', '.join(names)}) looks built up in part when runs start, by {low} to {high} of its "
+                "torque; model.toml starts without. A run that starts from rest, after the drive has been unloaded, "
+                "shows more of it"
+            )
+    return notes
+
+
 def assemble_diagnosis(
     evidence: Evidence, isolated: Isolability, found: Assessment, written: WrittenFits, gap: Gap, audited: Audit
 ) -> Diagnosis:
@@ -84,7 +99,7 @@ def assemble_diagnosis(
         remainder_where,
         not_candidates,
         tuple((a, b, separating_test(a, b)) for a, b in isolated.indistinguishable),
-        (*audited.notes, *notes_on_measurement(problem)),
+        (*audited.notes, *notes_on_measurement(problem), *notes_on_friction(problem, chosen)),
         _base_parameters(problem, written.corrected),
         parameters_at_bounds(problem, chosen),
         compare_amplitudes(problem, chosen),

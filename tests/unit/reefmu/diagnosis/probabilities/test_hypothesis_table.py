@@ -23,7 +23,7 @@ from reefmu.diagnosis.probabilities.marginal_likelihood import (
     material_effects,
     parameter_prior,
 )
-from reefmu.effects import find_effect
+from reefmu.effects import IndependentVariable, find_effect
 from tests import diagnosis_rig as rig
 from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted, evidence_of
 
@@ -84,6 +84,16 @@ def test_of_several_fits_of_a_set_the_best_counts(fitted: Fitted) -> None:
         both = {(r.effects, r.unnamed): r for r in hypothesis_table(evidence, sizes)}
         alone = {(r.effects, r.unnamed): r for r in hypothesis_table(evidence_of(fitted), sizes)}
         assert both[HYSTERESIS, False].log_evidence == pytest.approx(alone[HYSTERESIS, False].log_evidence)
+
+
+def test_sets_with_friction_pay_for_what_is_built_up_of_it_when_runs_start(fitted: Fitted) -> None:
+    evidence, sizes = evidence_of(fitted), record_sizes(fitted.problem)
+    costs = {IndependentVariable.TWIST: 50.0, IndependentVariable.OUTPUT: 500.0}
+    built_up = replace(evidence, problem=replace(fitted.problem, cost_of_start=costs))
+    free, paid = ({(r.effects, r.unnamed): r for r in hypothesis_table(e, sizes)} for e in (evidence, built_up))
+    before, after = free[HYSTERESIS, False], paid[HYSTERESIS, False]
+    assert before.log_evidence - after.log_evidence == pytest.approx(50.0 / 2, rel=0.1)
+    assert paid[NOTHING, False].log_evidence == free[NOTHING, False].log_evidence
 
 
 def test_the_size_of_a_clearance_is_the_drawing_s_deviation(fitted: Fitted) -> None:
