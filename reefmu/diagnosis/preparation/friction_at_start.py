@@ -25,9 +25,10 @@ FRICTION_PATHS = (IndependentVariable.TWIST, IndependentVariable.OUTPUT)
 """The angles along which friction builds up."""
 DEVIATION = 1 / np.sqrt(3)
 """Standard deviation of a share of which any from -1 to 1 is as likely."""
-N_TRIED, N_ROUNDS = 4, 3
-"""Fits beside which the shares are estimated, and the rounds in which shares and parameters are estimated in turn.
-Chosen by judgement: a third round changes costs by less than 1."""
+N_TRIED, N_ROUNDS = 4, 8
+"""Fits of one kind of friction beside which the shares are estimated, and the rounds in which shares and parameters are
+estimated in turn. Chosen by judgement: from where shares are the greatest that there are, and the parameters as wrong
+as that makes them, further rounds change the cost of the true set by less than 4."""
 
 
 def with_friction_at_start(problem: Problem, fits: Sequence[Fit]) -> Problem:
@@ -43,7 +44,8 @@ def with_friction_at_start(problem: Problem, fits: Sequence[Fit]) -> Problem:
     found = [
         started for alike in by_paths.values() for fit in alike[:N_TRIED] for started in _likelier(problem, fit, least)
     ]
-    for started, fit in sorted(found, key=lambda of: _total_cost(*of)):
+    # Shares along a further angle must gain as well.
+    for started, fit in sorted(found, key=lambda of: _total_cost(*of) + MIN_GAIN * len(of[1].friction_paths)):
         if not fit.friction_paths & problem.trace.friction.keys():
             friction = {**problem.trace.friction, **started.trace.friction}
             cost = {**problem.cost_of_start, **started.cost_of_start}

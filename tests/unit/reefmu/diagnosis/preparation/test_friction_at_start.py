@@ -112,6 +112,17 @@ def test_two_frictions_have_shares_of_their_own() -> None:
     assert set(found.cost_of_start) == {TWIST, OUTPUT}
 
 
+def test_friction_that_is_not_there_has_no_shares() -> None:
+    """Not even where a set with it costs a little less."""
+    problem, names = problem_of("hysteresis"), ("coulomb_friction", "hysteresis")
+    problem = with_shares(problem, "hysteresis", np.random.default_rng(0).uniform(-1, 1, runs(problem)))
+    base, alone = fits_of(problem, "hysteresis")
+    own = alone.parameters[len(base.parameters) :]
+    both = problem.fit_from(names, np.concatenate([base.parameters, [0.0, 1e-4], own]))
+    assert alone.cost - 1.0 < both.cost < alone.cost
+    assert set(with_friction_at_start(problem, [base, both, alone]).trace.friction) == {TWIST}
+
+
 def test_a_set_that_explains_more_without_wins(monkeypatch: pytest.MonkeyPatch) -> None:
     """The shares must gain over every set, not only over their own."""
     problem = with_shares(problem_of("hysteresis"), "hysteresis", np.full(runs(problem_of("hysteresis")), 0.8))
