@@ -25,12 +25,7 @@ from .inference.evidence import Evidence
 from .inference.isolability import Isolability, isolability
 from .losses.crank_losses import CRANK_FRICTION, LAW, crank_losses, with_losses
 from .losses.stated_friction import friction_inside, without_stated_friction
-from .preparation import (
-    BaseCurveSource,
-    prepare_problem,
-    with_friction_at_start,
-    with_individuals,
-)
+from .preparation import BaseCurveSource, prepare_problem, with_friction_at_start, with_individuals
 from .preprocessing.audit import Audit, audit
 from .preprocessing.trace import make_trace
 from .probabilities.assessment import assess, record_isolability

@@ -32,25 +32,22 @@ from .weighting import (
 )
 
 SEARCH_BLOCKS = 2000
-"""Approximate number of blocks on which sets of effects are searched. Chosen by judgement to bound the time: with more
-blocks a missing ball has more evidence, and ripples of shorter periods are found
-(`tests/benchmarks/diagnosis/bench_blocks.py`)."""
+"""Approximate number of blocks on which sets of effects are searched. Chosen by judgement to bound the time: more show
+a missing ball better, and ripples of shorter periods (`tests/benchmarks/diagnosis/bench_blocks.py`)."""
 SAME_TWIST, SAME_CLEARANCE = 0.02, 0.3
 """Changes of the contacts' twist, over the base curve's greatest twist, and of their clearance, in standard deviations
 of the population, within which the scatter is not computed anew. Chosen by judgement."""
 ZERO_SIGN = 0.05
-"""Torque of either sign, over full torque, from which the twist's zero must lie among the twists of the record. Chosen
-by judgement, above the usual friction and offset of a sensor."""
+"""Torque of either sign, over full torque, from which the twist's zero lies among the twists of the record; chosen by
+judgement, above the usual friction and offset of a sensor."""
 ZERO_MARGIN = 0.05
-"""Share of the range of the twist by which its zero may then lie outside, which allows for an offset of the torque
-sensor. Chosen by judgement."""
+"""Share of the twist's range by which its zero may then lie outside, for an offset of the torque; by judgement."""
 DELAY_DEVIATION, MAX_DELAY = 0.005, 2.0
 """s, standard deviation of the torque's delay, and its greatest value in such deviations. A low-pass filter of fourth
 order (Butterworth) delays by 0.42 over its cut-off frequency: the deviation is that of 80 Hz, the limit that of 40 Hz.
 Both are at most half a sampling interval and a whole one: the rows of a record belong together."""
 ZERO_SCALE = 0.01
-"""Scale of the twist's zero in a fit, over the base curve's greatest twist. Chosen by judgement; it only conditions
-the equations."""
+"""Scale of the twist's zero in a fit, over the base curve's greatest twist; by judgement, for conditioning alone."""
 
 
 @dataclass(frozen=True)
@@ -214,6 +211,10 @@ class Problem:
         if not has_no_blocks(found.weighting):
             return found
         return replace(found, weighting=self.weights.with_size(found.weighting.size))
+
+    def cost_with_start(self, found: Fit) -> float:
+        """The cost of a fit with that of its friction at the start of runs."""
+        return found.cost + sum(self.cost_of_start.get(path, 0.0) for path in found.friction_paths)
 
     @property
     def noise_of_blocks(self) -> Array:

@@ -44,8 +44,7 @@ def with_friction_at_start(problem: Problem, fits: Sequence[Fit]) -> Problem:
     found = [
         started for alike in by_paths.values() for fit in alike[:N_TRIED] for started in _likelier(problem, fit, least)
     ]
-    # Shares along a further angle must gain as well.
-    for started, fit in sorted(found, key=lambda of: _total_cost(*of) + MIN_GAIN * len(of[1].friction_paths)):
+    for started, fit in sorted(found, key=_cost_of_paths):
         if not fit.friction_paths & problem.trace.friction.keys():
             friction = {**problem.trace.friction, **started.trace.friction}
             cost = {**problem.cost_of_start, **started.cost_of_start}
@@ -53,18 +52,21 @@ def with_friction_at_start(problem: Problem, fits: Sequence[Fit]) -> Problem:
     return problem
 
 
-def _total_cost(problem: Problem, fit: Fit) -> float:
-    """The cost of a fit with that of its friction at the start of runs."""
-    return fit.cost + sum(problem.cost_of_start.get(path, 0.0) for path in fit.friction_paths)
+def _cost_of_paths(found: tuple[Problem, Fit]) -> float:
+    """The cost of a fit and of its friction at the start of runs, of which that along a further angle must gain as
+    well."""
+    problem, fit = found
+    return problem.cost_with_start(fit) + MIN_GAIN * len(fit.friction_paths)
 
 
 def _likelier(problem: Problem, fit: Fit, least: float) -> list[tuple[Problem, Fit]]:
-    """The problem with friction at the start of runs and the fit to it; none unless its total cost is below `least`."""
+    """The problem with friction at the start of runs and the fit to it; none unless its cost with that of the shares is
+    below `least`."""
     if not fit.friction_paths:
         return []
     for _ in range(N_ROUNDS):
         gain, problem = _with_shares(problem, fit)
-        if _total_cost(problem, fit) - gain >= least:
+        if problem.cost_with_start(fit) - gain >= least:
             return []
         fit = problem.fit_from(fit.names, fit.parameters, fit.weighting, HELD_SIZE)
     return [(problem, fit)]

@@ -100,8 +100,8 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float], pool: Worke
 
     def row(fit: Fit, cost: float, beside: TermFit | None = None) -> Row:
         effects = material_effects(problem, fit, sizes, LEAST_SIZE)
-        gain = nothing - cost + (beside.gain - by_level - by_chance(fit) if beside else 0.0)
-        gain -= sum(problem.cost_of_start.get(path, 0.0) for path in fit.friction_paths)
+        gain = nothing - problem.cost_with_start(replace(fit, cost=cost))
+        gain += beside.gain - by_level - by_chance(fit) if beside else 0.0
         log_evidence = gain / (2 * divided) + log_volume(problem, fit, sizes, divided)
         return Row(effects, beside is not None, log_evidence, fit, beside)
 
