@@ -68,7 +68,7 @@ def notes_on_friction(problem: Problem, chosen: Fit) -> list[str]:
         if names:
             low, high = (f"{100 * share:.0f} %" for share in (shares.min(), shares.max()))
             notes.append(
-                f"the friction ({', '.join(names)}) looks built up in part when runs start, by {low} to {high} of its "
+                f"the friction ({', '.join(names)}) looks built up when runs start, to between {low} and {high} of its "
                 "torque; model.toml starts without. To avoid this, start every run from rest, after the drive has been "
                 "unloaded"
             )

@@ -174,4 +174,4 @@ def test_friction_that_is_built_up_from_the_start_needs_no_damping(tmp_path: Pat
     assert likeliest == {("hysteresis",), ("coulomb_friction",)}
     assert sum(h.probability for h in found.diagnosis.hypotheses if "damping" in h.effects) < 0.05
     assert effect.parameters["torque"].low < 6.0 < effect.parameters["torque"].high
-    assert any("built up in part when runs start" in note for note in found.diagnosis.notes)
+    assert any("built up when runs start" in note for note in found.diagnosis.notes)

@@ -18,5 +18,5 @@ def test_friction_that_is_built_up_when_runs_start_is_told_where_the_fit_has_it(
     started = replace(problem, trace=replace(problem.trace, friction=friction))
     (note,) = notes_on_friction(started, fit)
     assert "(hysteresis)" in note
-    assert "-25 % to 50 %" in note
+    assert "-25 % and 50 %" in note
     assert notes_on_friction(started, problem.fit_from((), fit.parameters[: problem.layout(()).n_base])) == []
