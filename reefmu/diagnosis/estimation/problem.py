@@ -212,9 +212,9 @@ class Problem:
             return found
         return replace(found, weighting=self.weights.with_size(found.weighting.size))
 
-    def cost_with_start(self, found: Fit) -> float:
-        """The cost of a fit with that of its friction at the start of runs."""
-        return found.cost + sum(self.cost_of_start.get(path, 0.0) for path in found.friction_paths)
+    def start_cost(self, found: Fit) -> float:
+        """What friction at the start of runs costs a fit, in -2 log likelihood."""
+        return sum(self.cost_of_start.get(path, 0.0) for path in found.friction_paths)
 
     @property
     def noise_of_blocks(self) -> Array:

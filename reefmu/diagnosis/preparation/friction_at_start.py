@@ -19,10 +19,7 @@ from ...effects import IndependentVariable
 from ..estimation.least_squares import HELD_SIZE, Fit, by_cost
 from ..estimation.problem import Problem
 from ..estimation.search import MIN_GAIN
-from ..estimation.weighting import Weighting
 
-FRICTION_PATHS = (IndependentVariable.TWIST, IndependentVariable.OUTPUT)
-"""The angles along which friction builds up."""
 DEVIATION = 1 / np.sqrt(3)
 """Standard deviation of a share of which any from -1 to 1 is as likely."""
 N_TRIED, N_ROUNDS = 4, 8
@@ -56,7 +53,7 @@ def _cost_of_paths(found: tuple[Problem, Fit]) -> float:
     """The cost of a fit and of its friction at the start of runs, of which that along a further angle must gain as
     well."""
     problem, fit = found
-    return problem.cost_with_start(fit) + MIN_GAIN * len(fit.friction_paths)
+    return fit.cost + problem.start_cost(fit) + MIN_GAIN * len(fit.friction_paths)
 
 
 def _likelier(problem: Problem, fit: Fit, least: float) -> list[tuple[Problem, Fit]]:
@@ -66,7 +63,7 @@ def _likelier(problem: Problem, fit: Fit, least: float) -> list[tuple[Problem, F
         return []
     for _ in range(N_ROUNDS):
         gain, problem = _with_shares(problem, fit)
-        if problem.cost_with_start(fit) - gain >= least:
+        if fit.cost + problem.start_cost(fit) - gain >= least:
             return []
         fit = problem.fit_from(fit.names, fit.parameters, fit.weighting, HELD_SIZE)
     return [(problem, fit)]
@@ -76,7 +73,7 @@ def _with_shares(problem: Problem, fit: Fit) -> tuple[float, Problem]:
     """What a fit gains by the likeliest shares of its friction, in -2 log likelihood, and the problem with them and
     with their cost, that of the likelihood averaged over all shares."""
     trace, weights = problem.trace, fit.weighting
-    paths = [path for path in FRICTION_PATHS if path in fit.friction_paths]
+    paths = [path for path in IndependentVariable if path in fit.friction_paths]
     runs = len(trace.run_ranges)
     built_up = np.concatenate([_built_up(problem, fit, path) for path in paths], axis=1)
     before = np.concatenate([trace.friction.get(path, np.zeros(runs)) for path in paths])
@@ -87,17 +84,11 @@ def _with_shares(problem: Problem, fit: Fit) -> tuple[float, Problem]:
     shares = DEVIATION * np.linalg.solve(precision, scaled.inner(weights.project(left)))
     # Beyond its bounds a share is at them, and costs what it leaves there.
     shares = np.clip(shares, -1.0, 1.0)
-    gain = _square(weights, residual) - _square(weights, left - built_up @ shares)
+    gain = weights.cost(residual) - weights.cost(left - built_up @ shares)
     volume = 2 * np.log(np.diag(np.linalg.cholesky(precision)))
     costs = ((shares / DEVIATION) ** 2 + volume).reshape(len(paths), runs).sum(axis=1)
     started = replace(trace, friction=dict(zip(paths, shares.reshape(len(paths), runs), strict=True)))
     return gain, replace(problem, trace=started, cost_of_start=dict(zip(paths, costs.tolist(), strict=True)))
-
-
-def _square(weights: Weighting, values: Array) -> float:
-    """Sum of squares of whitened values (n,), N.m."""
-    projected = weights.project(values)
-    return float(projected.inner(projected))
 
 
 def _built_up(problem: Problem, fit: Fit, path: IndependentVariable) -> Array:

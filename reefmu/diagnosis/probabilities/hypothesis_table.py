@@ -100,7 +100,7 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float], pool: Worke
 
     def row(fit: Fit, cost: float, beside: TermFit | None = None) -> Row:
         effects = material_effects(problem, fit, sizes, LEAST_SIZE)
-        gain = nothing - problem.cost_with_start(replace(fit, cost=cost))
+        gain = nothing - cost - problem.start_cost(fit)
         gain += beside.gain - by_level - by_chance(fit) if beside else 0.0
         log_evidence = gain / (2 * divided) + log_volume(problem, fit, sizes, divided)
         return Row(effects, beside is not None, log_evidence, fit, beside)

@@ -123,7 +123,7 @@ def test_friction_that_is_not_there_has_no_shares() -> None:
     assert set(with_friction_at_start(problem, [base, both, alone]).trace.friction) == {TWIST}
 
 
-def test_a_set_that_explains_more_without_wins(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_set_that_explains_more_without_wins() -> None:
     """The shares must gain over every set, not only over their own."""
     problem = with_shares(problem_of("hysteresis"), "hysteresis", np.full(runs(problem_of("hysteresis")), 0.8))
     base, released = fits_of(problem, "hysteresis")
