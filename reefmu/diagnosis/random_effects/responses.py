@@ -185,10 +185,11 @@ def solved_responses(drive: Drive, places: PlaceDeviations) -> ElementResponses:
 
     tables = {"mean": over_clearances(np.ones_like(z), of_sizes / deviation)}
     # An element ahead of its place has less twist and stands farther on the profile, both in steps of the tables.
-    along = places.along * np.array([-1 / (twist[1] - twist[0]), (drive.ratio - 1) / (position[1] - position[0])])
+    less_twist = _moves(N_TWISTS, -NODES * places.along / (twist[1] - twist[0]))
+    farther = _moves(N_POSITIONS, NODES * places.along * (drive.ratio - 1) / (position[1] - position[0]))
     for p in range(MAX_ORDER + 1):
         outwards = over_clearances(hermite(p, z))
-        moved = np.stack([shift(outwards, (0.0, *(-x * along)), mode="nearest") for x in NODES])
+        moved = less_twist[:, None] @ outwards @ farther[:, None].mT
         for q in range(MAX_ORDER + 1 - p):
             tables[term(p, q)] = np.asarray(np.tensordot(NODE_WEIGHTS * hermite(q, NODES), moved, 1), float)
     bore = drive.tolerances["cage"].sigma
@@ -199,6 +200,12 @@ def solved_responses(drive: Drive, places: PlaceDeviations) -> ElementResponses:
     shares = {part: (s / deviation) ** 2 for part, s in sigma.items()}
     shares["bore"] = (places.bore / max(places.along * places.radius, 1e-300)) ** 2
     return ElementResponses(twist, position, clearance, solved, deviation, single, tables, shares, places)
+
+
+def _moves(nodes: int, steps: Array) -> Array:
+    """(m, nodes, nodes), what moves values at so many nodes by steps (m,) of theirs, by cubic splines, held at the
+    ends."""
+    return np.stack([shift(np.eye(nodes), (-by, 0.0), mode="nearest") for by in steps])
 
 
 def _torque(drive: Drive, twist: Array, position: Array, clearance: float, bore: float = 0.0) -> Array:
