@@ -191,16 +191,19 @@ class ElementsOnProfile:
 def elements_on_profile(drive: Drive, motion: ElementMotion, start: float, margin: float) -> ElementsOnProfile:
     """The elements that are on the usable profile, or within `margin`, rad, of it, at a sample of a part; start: rad,
     position of the first element at crank angle 0."""
-    n = np.arange(drive.elements)
-    angle = start + 2 * np.pi * n / len(n) + motion.rotation[:, None] + np.pi
-    turns = np.floor(angle / (2 * np.pi))
-    beta = angle - 2 * np.pi * turns - np.pi
-    near = np.abs(beta) < (drive.usable_limit + margin + motion.reach)[:, None]
-    part, element = np.nonzero(near)
+    at, distance = start + motion.rotation, 2 * np.pi / drive.elements
+    reach = np.minimum(drive.usable_limit + margin + motion.reach, np.pi)
+    # Counted on past a turn, the elements that are on the profile in a part follow one another.
+    first = np.floor(-(reach + at) / distance).astype(np.intp) + 1
+    count = np.ceil((reach - at) / distance).astype(np.intp) - first
+    part = np.repeat(np.arange(len(at)), count)
+    number = np.arange(len(part)) - np.repeat(np.cumsum(count) - count - first, count)
+    turns, element = np.divmod(number, drive.elements)
     rows = drive.eccentrics
     # Crank and cage of a reversing drive turn in opposite directions: the cage moves on to the next lobe.
-    seat = np.array(even_seats(drive))[element // rows] - drive.orientation * turns[near].astype(np.intp)
-    return ElementsOnProfile(part, element, seat % drive.lobes * rows + element % rows, beta[near])
+    seat = np.array(even_seats(drive))[element // rows] + drive.orientation * turns
+    lobe = seat % drive.lobes * rows + element % rows
+    return ElementsOnProfile(part, element, lobe, at[part] + distance * number)
 
 
 def share_inside(drive: Drive, position: Array) -> Array:
