@@ -9,12 +9,12 @@ and leave in steps, about which the base curve is the average.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.numerics.arrays import Array
@@ -41,6 +41,16 @@ the term to have columns. Chosen by the likelihood of individuals, which 1e-5 ch
 
 
 @dataclass(frozen=True)
+class PairColumns:
+    """Columns of pairs of an element and a lobe that share a block; number, block: (k,), of the pair and, in order, of
+    the block; values: (t, k) N.m, of each of t terms."""
+
+    number: NDArray[np.intp]
+    block: NDArray[np.intp]
+    values: Array
+
+
+@dataclass(frozen=True)
 class SeatedElements:
     """The elements of a drive along a record; parts: their responses in every part of the motion; start: rad, position
     of the first element at crank angle 0."""
@@ -51,61 +61,64 @@ class SeatedElements:
     parts: PartResponses
     start: float
 
-    def columns(self) -> Array:
+    def columns(self, factors: Sequence[float] = (1.0,) * MAX_ORDER) -> Array:
         """(m, n) N.m, of one standard deviation of each random effect of elements, lobes and eccentrics, and of the
-        drive as a whole."""
+        drive as a whole; factors: of the terms of the first and every higher order, 0 for no columns."""
         responses, places = self._responses, self.responses.places
         found = [self._shift_by_places()]
-        if (responses["bore"] ** 2).sum() > MIN_BORE_SHARE * self._linear_variance:
-            found.append(self._by_element(responses["bore"]))
+        if _square(responses["bore"]) > MIN_BORE_SHARE * self._linear_variance:
+            found.append(self._by_element.sums(responses["bore"]))
         for orders in TERMS:
-            values = responses[term(*orders)]
+            values, factor = responses[term(*orders)], factors[sum(orders) - 1]
+            if not factor:
+                continue
             if self._counts(of_element := self._of_elements(orders), values):
-                found.append(of_element**0.5 * self._by_element(values))
+                found.append(self._by_element.sums(factor * of_element**0.5 * values))
             if self._counts(of_lobe := self._of_lobes(orders), values):
-                # A lobe along the circle twists its element a little less than a bore.
-                less = places.lobe / places.radius / self.drive.ratio if orders == (0, 1) else 0.0
-                found.append(self._by_lobe(of_lobe**0.5 * values + less * responses["slope"]))
+                of_lobes = factor * of_lobe**0.5 * values
+                if orders == (0, 1):
+                    # A lobe along the circle twists its element a little less than a bore.
+                    of_lobes += factor * places.lobe / places.radius / self.drive.ratio * responses["slope"]
+                found.append(self._by_lobe.sums(of_lobes))
             if (of_cranks := self._of_cranks(orders)) > 0:
-                found.append(self._of_eccentrics(of_cranks**0.5 * values))
-        columns = np.concatenate(found)
-        return columns[columns.any(axis=1)]
+                found.append(self._by_crank.sums(factor * of_cranks**0.5 * values))
+        return np.concatenate(found)
 
-    def of_pairs(self) -> csr_array:
-        """(m, n) N.m, columns of what products of the deviations of an element and of the lobe that it meets do: random
-        effects of every pair."""
+    def of_pairs(self) -> PairColumns:
+        """Columns of what products of the deviations of an element and of the lobe that it meets do: random effects of
+        every pair."""
         shares = [1 - self._of_elements(o) - self._of_lobes(o) - self._of_cranks(o) for o in TERMS]
         terms = [share**0.5 * self._responses[term(*o)] for share, o in zip(shares, TERMS, strict=True) if share > 0]
         on, counted = self._elements, [of_term for of_term in terms if self._counts(1.0, of_term)]
-        values = np.array(counted).reshape(len(counted), len(on.part))
-        met, pair = np.unique(on.element * self.drive.lobes * self.drive.eccentrics + on.lobe, return_inverse=True)
-        rows = len(met) * np.arange(len(values))[:, None] + pair
-        at = rows.ravel(), np.tile(self.motion.block[on.part], len(values))
-        return csr_array((values.ravel(), at), (len(values) * len(met), len(self.motion.first)))
+        lobes = self.drive.lobes * self.drive.eccentrics
+        block = self.motion.block[on.part]
+        return PairColumns(on.element * lobes + on.lobe, block, np.array(counted).reshape(len(counted), len(block)))
 
     @cached_property
     def _responses(self) -> dict[str, Array]:
         """Responses (k,), N.m, of the elements on the profile, times the share of the part in its block, by name of
         the table."""
         on, motion = self._elements, self.motion
-        free = self.parts.at(on.part, on.position)
-        inside = inside_profile(self.drive, motion, on.part, on.position)
-        near, terms = self._terms_at_edges(free)
-        return {name: _replaced(inside * values, near, terms.get(name)) for name, values in free.items()}
+        found = self.parts.at(on.part, on.position, inside_profile(self.drive, motion, on.part, on.position))
+        near, terms = self._terms_at_edges()
+        for name, values in terms.items():
+            found[name][near] = values
+        return found
 
-    def _terms_at_edges(self, free: dict[str, Array]) -> tuple[NDArray[np.intp], dict[str, Array]]:
+    def _terms_at_edges(self) -> tuple[NDArray[np.intp], dict[str, Array]]:
         """Numbers of the elements that are on the profile or not by the deviations of their places, and their terms,
-        N.m, by name; free: (k,) N.m, those of elements that are always on it."""
+        N.m, by name."""
         on, ahead, edge = self._elements, self._ahead, self.drive.usable_limit
         margin = NODES.max() * abs(ahead) + self.motion.reach[on.part]
         near = np.flatnonzero(np.abs(np.abs(on.position) - edge) < margin)
         part, position = on.part[near], on.position[near]
+        free = self.parts.at(part, position)
         inside = np.stack([inside_profile(self.drive, self.motion, part, position + x * ahead) for x in NODES])
         found: dict[str, Array] = {}
         for p in range(MAX_ORDER + 1):
             orders = range(MAX_ORDER + 1 - p)
             polynomials = np.stack([hermite(q, NODES) for q in orders])
-            at_nodes = polynomials.T @ np.stack([free[term(p, q)][near] for q in orders])
+            at_nodes = polynomials.T @ np.stack([free[term(p, q)] for q in orders])
             projected = (polynomials * NODE_WEIGHTS) @ (inside * at_nodes)
             found |= {term(p, q): projected[q] for q in orders}
         return near, found
@@ -132,37 +145,37 @@ class SeatedElements:
 
     def _counts(self, share: float, values: Array) -> bool:
         """Whether a share of a term, values (k,), N.m, is large enough for columns."""
-        return share * float((values**2).sum()) > MIN_SHARE * self._linear_variance
+        return share * _square(values) > MIN_SHARE * self._linear_variance
 
     @cached_property
     def _linear_variance(self) -> float:
-        return float((self._responses[term(1, 0)] ** 2).sum())
-
-    def _of_eccentrics(self, values: Array) -> Array:
-        """(eccentrics, n) sums of values (k,) over the elements of every eccentric."""
-        rows, by_element = np.arange(self.drive.elements) % self.drive.eccentrics, self._by_element(values)
-        return np.stack([by_element[rows == k].sum(axis=0) for k in range(self.drive.eccentrics)])
+        return _square(self._responses[term(1, 0)])
 
     def _shift_by_places(self) -> Array:
         """(1, n) N.m, by which deviations of places shift the mean of all individuals, since the torque bends with the
         twist, the position and the clearance. How large they are is not known, so that it is a random effect."""
         return self._by_block(self._responses[term(0, 0)] - self._responses["mean"])[None]
 
-    def _by_element(self, values: Array) -> Array:
-        return self._sums(self._elements.element, self.drive.elements, values)
+    @cached_property
+    def _by_element(self) -> _Sums:
+        return self._by(self._elements.element)
 
-    def _by_lobe(self, values: Array) -> Array:
-        return self._sums(self._elements.lobe, self.drive.lobes * self.drive.eccentrics, values)
+    @cached_property
+    def _by_lobe(self) -> _Sums:
+        return self._by(self._elements.lobe)
+
+    @cached_property
+    def _by_crank(self) -> _Sums:
+        return self._by(self._elements.element % self.drive.eccentrics)
+
+    def _by(self, number: NDArray[np.intp]) -> _Sums:
+        """Sums over the elements on the profile that share a number (k,); numbers without any have no row."""
+        row = np.cumsum(np.bincount(number) > 0) - 1
+        blocks = len(self.motion.first)
+        return _Sums(row[number] * blocks + self.motion.block[self._elements.part], row[-1] + 1, blocks)
 
     def _by_block(self, values: Array) -> Array:
         return np.asarray(np.bincount(self.motion.block[self._elements.part], values, len(self.motion.first)), float)
-
-    def _sums(self, number: NDArray[np.intp], count: int, values: Array) -> Array:
-        """(count, n) sums over the blocks of values (k,) of the elements on the profile that have each of `count`
-        numbers."""
-        n = len(self.motion.first)
-        place = number * n + self.motion.block[self._elements.part]
-        return np.asarray(np.bincount(place, values, count * n), float).reshape(count, n)
 
     @property
     def _ahead(self) -> float:
@@ -175,11 +188,22 @@ class SeatedElements:
         return elements_on_profile(self.drive, self.motion, self.start, NODES.max() * abs(self._ahead))
 
 
-def _replaced(values: Array, some: NDArray[np.intp], others: Array | None) -> Array:
-    """Values (k,) with those of some numbers replaced, if there are others."""
-    if others is not None:
-        values[some] = others
-    return values
+@dataclass(frozen=True)
+class _Sums:
+    """place: (k,), row and block of every element on the profile, counted on from row to row."""
+
+    place: NDArray[np.intp]
+    rows: int
+    blocks: int
+
+    def sums(self, values: Array) -> Array:
+        """(rows, blocks) sums of values (k,)."""
+        found = np.bincount(self.place, values, self.rows * self.blocks)
+        return np.asarray(found, float).reshape(self.rows, self.blocks)
+
+
+def _square(values: Array) -> float:
+    return float(values @ values)
 
 
 def average_torque(

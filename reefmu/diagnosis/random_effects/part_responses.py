@@ -24,26 +24,27 @@ judgement, less than the step of the tables."""
 
 @dataclass(frozen=True)
 class PartResponses:
-    """names: of r tables; position: (m,) rad, nodes; values: (p, m, r) N.m, at the nodes, times the share of each of p
+    """names: of r tables; position: (m,) rad, nodes; values: (r, p, m) N.m, at the nodes, times the share of each of p
     parts in its block."""
 
     names: tuple[str, ...]
     position: Array
     values: Array
 
-    def at(self, part: NDArray[np.intp], position: Array) -> dict[str, Array]:
-        """Values (k,), N.m, by name of the table, in parts (k,), by number, at positions (k,), rad, held at the
-        ends."""
+    def at(self, part: NDArray[np.intp], position: Array, weight: Array | float = 1.0) -> dict[str, Array]:
+        """Values (k,), N.m, times a weight (k,), by name of the table, in parts (k,), by number, at positions (k,),
+        rad, held at the ends."""
         column, g = locate_cells(self.position, position)
         # Both arrays in the types and the order of a sparse matrix, which then copies neither.
         node, share = np.empty((len(part), 2), np.int32), np.empty((len(part), 2))
-        node[:, 0] = part * len(self.position) + column
-        node[:, 1] = node[:, 0] + 1
-        share[:, 0], share[:, 1] = 1 - g, g
+        np.add(part * len(self.position), column, out=node[:, 0], casting="same_kind")
+        np.add(node[:, 0], 1, out=node[:, 1])
+        np.multiply(weight, g, out=share[:, 1])
+        np.subtract(weight, share[:, 1], out=share[:, 0])
         ends = np.arange(0, share.size + 1, 2, dtype=np.int32)
-        table = self.values.reshape(-1, len(self.names))
-        matrix = csr_array((share.ravel(), node.ravel(), ends), shape=(len(part), len(table)))
-        return dict(zip(self.names, np.ascontiguousarray((matrix @ table).T), strict=True))
+        tables = self.values.reshape(len(self.names), -1)
+        matrix = csr_array((share.ravel(), node.ravel(), ends), shape=(len(part), tables.shape[1]))
+        return {name: matrix @ table for name, table in zip(self.names, tables, strict=True)}
 
 
 def part_responses(responses: ElementResponses, motion: ElementMotion, twist: Array, clearance: Array) -> PartResponses:
@@ -51,12 +52,13 @@ def part_responses(responses: ElementResponses, motion: ElementMotion, twist: Ar
     clearance (p,), m."""
     level, values = clearance_levels(responses, clearance)
     tables = responses.at_clearances(values)
-    nodes = np.stack(list(tables.values()), axis=-1)
     row, f = locate_cells(responses.twist, motion.twist_from(twist))
-    above = (motion.weight * f)[:, None, None]
-    found = nodes[level, row]
-    found *= motion.weight[:, None, None] - above
-    found += above * nodes[level, row + 1]
+    above = (motion.weight * f)[:, None]
+    below = motion.weight[:, None] - above
+    found = np.empty((len(tables), len(row), len(responses.position)))
+    for of_table, nodes in zip(found, tables.values(), strict=True):
+        np.multiply(below, nodes[level, row], out=of_table)
+        of_table += above * nodes[level, row + 1]
     return PartResponses(tuple(tables), responses.position, found)
 
 

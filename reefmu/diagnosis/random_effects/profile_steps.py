@@ -64,5 +64,5 @@ def _over_distance(drive: Drive, parts: PartResponses, nodes: int) -> Array:
     for at, weight in ((cell, (1 - f) * inside), (cell + 1, f * inside)):
         both = np.stack([weight, weight * position / drive.usable_limit], axis=-1)
         np.add.at(share, (at.ravel(), of_node.ravel()), both.reshape(-1, 2))
-    mean = parts.values[:, :, parts.names.index("mean")]
+    mean = parts.values[parts.names.index("mean")]
     return (mean @ share.reshape(len(share), -1)).reshape(len(mean), nodes, 2)

@@ -10,19 +10,19 @@ face.
 from __future__ import annotations
 
 import functools
+import itertools
 import operator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import get_blas_funcs
-from scipy.sparse import csr_array
 
 from stiffness_model.drawing.drive import Drive
 from stiffness_model.numerics.arrays import Array
 
 from .curve_columns import common_deviations
-from .element_columns import SeatedElements, average_torque
+from .element_columns import PairColumns, SeatedElements, average_torque
 from .element_motion import ElementMotion, spread_starts
 from .part_responses import part_responses
 from .profile_steps import profile_steps
@@ -32,9 +32,10 @@ from .tolerance_scatter import Spread, in_turn
 N_STARTS = 12
 """Positions of the first element over which the covariance is averaged. Chosen by the likelihood of records of
 individuals: 24 change their -2 log likelihood by less than 15, and 8 lose up to 46."""
-PAIRS_EVERY = 6
-"""One of so many positions stands for the products of elements and lobes, which take most of the time. Chosen by the
-likelihood of individuals, which twice as many change by less than 1."""
+TERMS_EVERY, PAIRS_EVERY = (1, 2, 3), 6
+"""One of so many positions stands for the terms of the first and every higher order, and for the products of elements
+and lobes: the smaller, the fewer. Chosen by the likelihood of individuals, which all positions for all orders change by
+less than 5 in 30 of 31 records and by 22 in one, and twice as many for the products by less than 1."""
 N_JOBS = 2
 """Parts of the positions that processes share; chosen by judgement, few because the sum of each is sent as a whole."""
 NEIGHBOURS = 128
@@ -115,13 +116,18 @@ def _products(what: _SomeStarts) -> Array:
     of, count, of_starts = what.scatter, len(what.scatter.twist), what.scatter.starts
     found, starts = np.zeros((count, count), order="F"), spread_starts(of.drive, of_starts)
     parts = part_responses(of.responses, of.motion, of.twist, what.clearance)
-    pairs_every = min(PAIRS_EVERY, of_starts)
     for number in what.numbers:
         elements = SeatedElements(of.drive, of.responses, of.motion, parts, starts[number])
-        add_products(found, elements.columns(), 1 / of_starts)
-        if number % pairs_every == 0:
-            add_products_of_sparse(found, elements.of_pairs(), pairs_every / of_starts)
+        factors = [_share(number, every, of_starts) ** 0.5 for every in TERMS_EVERY]
+        add_products(found, elements.columns(factors), 1 / of_starts)
+        if of_pairs := _share(number, PAIRS_EVERY, of_starts):
+            add_products_of_pairs(found, elements.of_pairs(), of_pairs / of_starts)
     return found
+
+
+def _share(number: int, every: int, of_starts: int) -> float:
+    """How many starts one of them, by number, stands for, where one of so many does; 0 where it does not."""
+    return 0.0 if number % every else of_starts / -(-of_starts // every)
 
 
 def add_products(total: Array, columns: Array, factor: float) -> None:
@@ -130,20 +136,29 @@ def add_products(total: Array, columns: Array, factor: float) -> None:
     add_product(factor, columns.T, beta=1.0, c=total, lower=1, overwrite_c=1)
 
 
-def add_products_of_sparse(total: Array, columns: csr_array, factor: float) -> None:
-    """The same of sparse columns (m, n) of which neighbouring blocks have the same ones: dense products of a few blocks
-    each take a tenth of the time of a sparse product."""
-    by_block = columns.tocsc()
-    parts: list[tuple[int, NDArray[np.intp], Array]] = []
-    for first in range(0, len(total), NEIGHBOURS):
-        part = by_block[:, first : first + NEIGHBOURS]
-        rows = np.unique(part.indices)
-        parts.append((first, rows, part.tocsr()[rows].toarray()))
-    for k, (first, rows, values) in enumerate(parts):
-        for second, others, of_others in parts[k:]:
-            _, here, there = np.intersect1d(rows, others, assume_unique=True, return_indices=True)
-            some = slice(second, second + NEIGHBOURS), slice(first, first + NEIGHBOURS)
-            total[some] += factor * (of_others[there].T @ values[here])
+def add_products_of_pairs(total: Array, pairs: PairColumns, factor: float) -> None:
+    """The same of the columns of pairs, few of which any two blocks share: dense products of neighbouring blocks."""
+    ends = np.searchsorted(pairs.block, np.arange(0, len(total) + NEIGHBOURS, NEIGHBOURS))
+    place = np.empty(pairs.number.max(initial=-1) + 1, np.intp)
+    parts: list[tuple[slice, NDArray[np.intp], Array]] = []
+    for k, (start, end) in enumerate(itertools.pairwise(ends)):
+        blocks = slice(k * NEIGHBOURS, min((k + 1) * NEIGHBOURS, len(total)))
+        number = pairs.number[start:end]
+        met = np.flatnonzero(np.bincount(number))
+        place[met] = np.arange(len(met))
+        size = blocks.stop - blocks.start
+        at = place[number] * size + pairs.block[start:end] - blocks.start
+        of_terms = [np.bincount(at, values[start:end], len(met) * size) for values in pairs.values]
+        parts.append((blocks, met, np.reshape(of_terms, (len(of_terms), len(met), size))))
+    for k, (here, met, values) in enumerate(parts):
+        place[:] = -1
+        place[met] = np.arange(len(met))
+        for there, others, of_others in parts[k:]:
+            same = place[others]
+            both = np.flatnonzero(same >= 0)
+            if len(both):
+                one, other = values[:, same[both]], of_others[:, both]
+                total[there, here] += factor * np.tensordot(other, one, ((0, 1), (0, 1)))
 
 
 def mirror_lower_triangle(total: Array) -> None:

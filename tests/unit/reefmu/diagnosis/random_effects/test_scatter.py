@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -17,13 +17,13 @@ from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.preparation import prepare_problem, with_individuals
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
 from reefmu.diagnosis.random_effects.curve_columns import SCALE, common_deviations
-from reefmu.diagnosis.random_effects.element_columns import SeatedElements, average_torque
+from reefmu.diagnosis.random_effects.element_columns import PairColumns, SeatedElements, average_torque
 from reefmu.diagnosis.random_effects.element_motion import element_motion, spread_starts
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.part_responses import part_responses
 from reefmu.diagnosis.random_effects.profile_steps import profile_steps
 from reefmu.diagnosis.random_effects.responses import PLACES, element_responses, place_deviations, term
-from reefmu.diagnosis.random_effects.scatter import N_STARTS, PAIRS_EVERY, Scatter
+from reefmu.diagnosis.random_effects.scatter import PAIRS_EVERY, TERMS_EVERY, Scatter
 from reefmu.diagnosis.random_effects.tolerance_scatter import Job, Result
 from reefmu.model.contacts.tables import cached_lookup
 from reefmu.record import Record
@@ -70,15 +70,24 @@ def test_the_covariance_is_that_of_individuals(scatter: Scatter) -> None:
 
 
 def test_the_covariance_is_the_mean_product_of_the_columns_of_all_starts(scatter: Scatter) -> None:
+    some = np.arange(len(scatter.twist)) % 4 == 0
+    scatter = replace(scatter, motion=scatter.motion.of_blocks(some), twist=scatter.twist[some], starts=6)
     parts = scatter.drive, scatter.responses, scatter.motion, scatter.twist, np.zeros(len(scatter.motion.block))
     average = average_torque(*parts)
     drive, responses, motion, *at = parts
     seen = part_responses(responses, motion, *at)
-    starts = spread_starts(drive, N_STARTS)
-    seated = [SeatedElements(drive, responses, motion, seen, start) for start in starts]
-    expected = np.mean([(rows := one.columns()).T @ rows for one in seated], axis=0)
-    pairs = [one.of_pairs().toarray() for one in seated[::PAIRS_EVERY]]
-    of_pairs = np.mean([rows.T @ rows for rows in pairs], axis=0)
+    seated = [SeatedElements(drive, responses, motion, seen, start) for start in spread_starts(drive, scatter.starts)]
+    expected = _mean_product([one.columns() for one in seated])
+    for order, every in enumerate(TERMS_EVERY):
+        others = [float(k != order) for k in range(len(TERMS_EVERY))]
+        few, all_starts = (
+            _mean_product([one.columns() for one in some]) - _mean_product([one.columns(others) for one in some])
+            for some in (seated[::every], seated)
+        )
+        # Of this drive, terms of the third order do not count.
+        assert few.max() > 1e-4 * expected.max() or order == 2
+        expected += few - all_starts
+    of_pairs = _mean_product([_of_pairs(one.of_pairs(), len(scatter.twist)) for one in seated[::PAIRS_EVERY]])
     assert of_pairs.max() > 1e-4 * expected.max()
     steps = profile_steps(drive, seen, motion, average)
     expected += of_pairs + steps.T @ steps
@@ -88,6 +97,19 @@ def test_the_covariance_is_the_mean_product_of_the_columns_of_all_starts(scatter
     common = common_deviations(torque, expected)
     expected += common.T @ common
     np.testing.assert_allclose(scatter.covariance_at(scatter.twist), expected, atol=1e-12 * expected.max())
+
+
+def _mean_product(of_starts: Sequence[Array]) -> Array:
+    """(n, n) (N.m)^2, mean over some starts of the products of their columns (m, n)."""
+    return np.mean([columns.T @ columns for columns in of_starts], axis=0)
+
+
+def _of_pairs(pairs: PairColumns, blocks: int) -> Array:
+    """(m, n) N.m, the columns of pairs with a row for every pair and term."""
+    found = np.zeros((len(pairs.values), pairs.number.max() + 1, blocks))
+    for of_term, values in zip(found, pairs.values, strict=True):
+        np.add.at(of_term, (pairs.number, pairs.block), values)
+    return found.reshape(-1, blocks)
 
 
 def test_elements_may_enter_the_profile_between_two_starts() -> None:
