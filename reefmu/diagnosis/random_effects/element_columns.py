@@ -20,7 +20,7 @@ from stiffness_model.drawing.drive import Drive
 from stiffness_model.numerics.arrays import Array
 
 from .element_motion import ElementMotion, ElementsOnProfile, elements_on_profile, inside_profile
-from .part_responses import PartResponses, clearance_levels
+from .part_responses import PartResponses, ResponsesAt, clearance_levels
 from .responses import (
     MAX_ORDER,
     NODE_WEIGHTS,
@@ -64,21 +64,22 @@ class SeatedElements:
     def columns(self, factors: Sequence[float] = (1.0,) * MAX_ORDER) -> Array:
         """(m, n) N.m, of one standard deviation of each random effect of elements, lobes and eccentrics, and of the
         drive as a whole; factors: of the terms of the first and every higher order, 0 for no columns."""
-        responses, places = self._responses, self.responses.places
+        places = self.responses.places
         found = [self._shift_by_places()]
-        if _square(responses["bore"]) > MIN_BORE_SHARE * self._linear_variance:
-            found.append(self._by_element.sums(responses["bore"]))
+        if _square(of_bores := self._response("bore")) > MIN_BORE_SHARE * self._linear_variance:
+            found.append(self._by_element.sums(of_bores))
         for orders in TERMS:
-            values, factor = responses[term(*orders)], factors[sum(orders) - 1]
+            factor = factors[sum(orders) - 1]
             if not factor:
                 continue
+            values = self._response(term(*orders))
             if self._counts(of_element := self._of_elements(orders), values):
                 found.append(self._by_element.sums(factor * of_element**0.5 * values))
             if self._counts(of_lobe := self._of_lobes(orders), values):
                 of_lobes = factor * of_lobe**0.5 * values
                 if orders == (0, 1):
                     # A lobe along the circle twists its element a little less than a bore.
-                    of_lobes += factor * places.lobe / places.radius / self.drive.ratio * responses["slope"]
+                    of_lobes += factor * places.lobe / places.radius / self.drive.ratio * self._response("slope")
                 found.append(self._by_lobe.sums(of_lobes))
             if (of_cranks := self._of_cranks(orders)) > 0:
                 found.append(self._by_crank.sums(factor * of_cranks**0.5 * values))
@@ -88,24 +89,35 @@ class SeatedElements:
         """Columns of what products of the deviations of an element and of the lobe that it meets do: random effects of
         every pair."""
         shares = [1 - self._of_elements(o) - self._of_lobes(o) - self._of_cranks(o) for o in TERMS]
-        terms = [share**0.5 * self._responses[term(*o)] for share, o in zip(shares, TERMS, strict=True) if share > 0]
+        terms = [share**0.5 * self._response(term(*o)) for share, o in zip(shares, TERMS, strict=True) if share > 0]
         on, counted = self._elements, [of_term for of_term in terms if self._counts(1.0, of_term)]
         lobes = self.drive.lobes * self.drive.eccentrics
         block = self.motion.block[on.part]
         return PairColumns(on.element * lobes + on.lobe, block, np.array(counted).reshape(len(counted), len(block)))
 
-    @cached_property
-    def _responses(self) -> dict[str, Array]:
-        """Responses (k,), N.m, of the elements on the profile, times the share of the part in its block, by name of
-        the table."""
-        on, motion = self._elements, self.motion
-        found = self.parts.at(on.part, on.position, inside_profile(self.drive, motion, on.part, on.position))
-        near, terms = self._terms_at_edges()
-        for name, values in terms.items():
-            found[name][near] = values
-        return found
+    def _response(self, name: str) -> Array:
+        """Responses (k,), N.m, of the elements on the profile, times the share of the part in its block, of the table
+        of a name."""
+        if name not in self._found:
+            near, terms = self._at_edges
+            self._found[name] = self._inside[name]
+            if name in terms:
+                self._found[name][near] = terms[name]
+        return self._found[name]
 
-    def _terms_at_edges(self) -> tuple[NDArray[np.intp], dict[str, Array]]:
+    @cached_property
+    def _found(self) -> dict[str, Array]:
+        """The responses that were asked for."""
+        return {}
+
+    @cached_property
+    def _inside(self) -> ResponsesAt:
+        """The responses, times the share of the part that the elements spend on the profile."""
+        on = self._elements
+        return self.parts.at(on.part, on.position, inside_profile(self.drive, self.motion, on.part, on.position))
+
+    @cached_property
+    def _at_edges(self) -> tuple[NDArray[np.intp], dict[str, Array]]:
         """Numbers of the elements that are on the profile or not by the deviations of their places, and their terms,
         N.m, by name."""
         on, ahead, edge = self._elements, self._ahead, self.drive.usable_limit
@@ -149,12 +161,12 @@ class SeatedElements:
 
     @cached_property
     def _linear_variance(self) -> float:
-        return _square(self._responses[term(1, 0)])
+        return _square(self._response(term(1, 0)))
 
     def _shift_by_places(self) -> Array:
         """(1, n) N.m, by which deviations of places shift the mean of all individuals, since the torque bends with the
         twist, the position and the clearance. How large they are is not known, so that it is a random effect."""
-        return self._by_block(self._responses[term(0, 0)] - self._responses["mean"])[None]
+        return self._by_block(self._response(term(0, 0)) - self._response("mean"))[None]
 
     @cached_property
     def _by_element(self) -> _Sums:

@@ -58,6 +58,7 @@ def _torques(what: _SomeDrives) -> Array:
     parts = len(scatter.motion.block)
     mean = average_torque(drive, r, scatter.motion, scatter.twist, np.zeros(parts))[0]
     found = np.empty((len(what.seeds), len(scatter.twist)))
+    planes = np.stack([r.single[:-1], r.single[1:]], axis=-1)
     for number, rng in enumerate(map(np.random.default_rng, what.seeds)):
         start, wide = rng.uniform(0, 2 * np.pi), place_deviations(drive, rng.uniform(*what.places))
         crank = rng.standard_normal(n)
@@ -75,21 +76,23 @@ def _torques(what: _SomeDrives) -> Array:
         inside = inside_profile(drive, scatter.motion, on.part, beta)
         z = of_element[on.element] + of_lobe[on.lobe]
         lead = (1 - 1 / drive.ratio) * lobe_angle[on.lobe] - bore_angle[on.element]
-        torque = _single(scatter, on.part, lead, beta, z, inside)
+        torque = _single(scatter, planes, on.part, lead, beta, z, inside)
         of_parts = np.asarray(np.bincount(on.part, torque, parts), float)
         found[number] = scatter.motion.mean(of_parts) - mean
     return found
 
 
-def _single(scatter: Scatter, part: NDArray[np.intp], lead: Array, beta: Array, z: Array, weight: Array) -> Array:
+def _single(
+    scatter: Scatter, planes: Array, part: NDArray[np.intp], lead: Array, beta: Array, z: Array, weight: Array
+) -> Array:
     """(k,) N.m, torque of single elements by linear interpolation along all three axes, times a weight.
 
-    part: (k,), numbers of the parts; lead: (k,) rad, twist of the element beyond that of the part; beta: (k,) rad,
-    position; z: (k,), deviation of the clearance in standard deviations.
+    planes: (c, N_TWISTS, N_POSITIONS, 2) N.m, tables at each of c clearances and at the next; part: (k,), numbers of the
+    parts; lead: (k,) rad, twist of the element beyond that of the part; beta: (k,) rad, position; z: (k,), deviation of
+    the clearance in standard deviations.
     """
     r = scatter.responses
     k, h = locate_cells(r.solved, z * r.deviation)
     twist = scatter.motion.twist_from(scatter.twist)[part] + lead
-    planes = np.stack([r.single[:-1], r.single[1:]], axis=-1)
     low, high = r.interpolate(planes, k, twist, beta, weight)
     return (1 - h) * low + h * high

@@ -31,9 +31,8 @@ class PartResponses:
     position: Array
     values: Array
 
-    def at(self, part: NDArray[np.intp], position: Array, weight: Array | float = 1.0) -> dict[str, Array]:
-        """Values (k,), N.m, times a weight (k,), by name of the table, in parts (k,), by number, at positions (k,),
-        rad, held at the ends."""
+    def at(self, part: NDArray[np.intp], position: Array, weight: Array | float = 1.0) -> ResponsesAt:
+        """The responses, times a weight (k,), in parts (k,), by number, at positions (k,), rad, held at the ends."""
         column, g = locate_cells(self.position, position)
         # Both arrays in the types and the order of a sparse matrix, which then copies neither.
         node, share = np.empty((len(part), 2), np.int32), np.empty((len(part), 2))
@@ -42,9 +41,20 @@ class PartResponses:
         np.multiply(weight, g, out=share[:, 1])
         np.subtract(weight, share[:, 1], out=share[:, 0])
         ends = np.arange(0, share.size + 1, 2, dtype=np.int32)
-        tables = self.values.reshape(len(self.names), -1)
-        matrix = csr_array((share.ravel(), node.ravel(), ends), shape=(len(part), tables.shape[1]))
-        return {name: matrix @ table for name, table in zip(self.names, tables, strict=True)}
+        size = self.values[0].size
+        return ResponsesAt(self, csr_array((share.ravel(), node.ravel(), ends), shape=(len(part), size)))
+
+
+@dataclass(frozen=True)
+class ResponsesAt:
+    """Responses at k points; nodes: (k, p m), weights of the nodes at each."""
+
+    of: PartResponses
+    nodes: csr_array
+
+    def __getitem__(self, name: str) -> Array:
+        """Values (k,), N.m, of the table of a name."""
+        return np.asarray(self.nodes @ self.of.values[self.of.names.index(name)].ravel())
 
 
 def part_responses(responses: ElementResponses, motion: ElementMotion, twist: Array, clearance: Array) -> PartResponses:

@@ -45,7 +45,6 @@ def test_responses_of_parts_are_the_tables_at_their_twist_and_clearance() -> Non
     expected = r.interpolate(tables, level[part], motion.twist_from(twist)[part], position, motion.weight[part])
     seen = part_responses(r, motion, twist, clearance)
     found = seen.at(part, position)
-    assert list(found) == list(r.tables)
     for name, values in zip(r.tables, expected, strict=True):
         np.testing.assert_allclose(found[name], values, atol=1e-9 * np.abs(values).max())
 
