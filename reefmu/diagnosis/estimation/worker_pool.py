@@ -7,7 +7,7 @@ thermal clearance moves: under that of a drive without effects the true set rank
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -134,8 +134,16 @@ def _continued(problem: Problem, sent: Fit) -> Fit:
 
 
 def spread_over(executor: Executor | None) -> Spread:
-    """Shares jobs among the processes of an executor; None to work in this one."""
-    return in_turn if executor is None else executor.map
+    """Shares jobs between this process, which does the first, and those of an executor; None to work in this one."""
+    if executor is None:
+        return in_turn
+
+    def spread(function: Callable[[Job], Result], jobs: Iterable[Job], /) -> Iterator[Result]:
+        first, *others = jobs
+        elsewhere = executor.map(function, others)
+        return chain([function(first)], elsewhere)
+
+    return spread
 
 
 @contextmanager

@@ -9,8 +9,9 @@ an individual and that of the mean drive, and sets that differ by effects too sm
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 from ...effects import find_effect
 from ..calibrated_odds import log_odds
@@ -79,11 +80,14 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float], pool: Worke
     problem, base, pool = evidence.problem, evidence.search.base, pool or WorkerPool(evidence.problem)
     fits = [fit for fit in _fits(evidence) if not (fit.names and is_degenerate(problem, fit))]
     best_fits = _best(fits)
+    # Other processes, if there are any, go on with these meanwhile.
+    unnamed = _strongest_terms(pool, best_fits)
     mean_drive = [*_for_mean_drive(problem, base, best_fits)]
     off_curve = [*_with_curve_within_tolerance(problem, base, best_fits)]
     plain = (*best_fits, *mean_drive, *off_curve)
+    unnamed = chain(unnamed, _strongest_terms(pool, plain[len(best_fits) :]))
     nothing, *least = least_costs(problem, [base, *best_fits])
-    compared = _beside_unnamed(pool, plain)
+    compared = _refitted(pool, plain, unnamed)
     explanations = [*((fit, None) for fit in plain), *compared]
     divided = dispersion(problem, explanations)
     closest = min(plain, key=by_cost)
@@ -110,7 +114,7 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float], pool: Worke
     likeliest = max(rows, key=lambda r: r.log_evidence).fit
     exchanged = [*exchanged_fits(problem, likeliest)]
     rows += [row(*both) for both in zip(exchanged, least_costs(problem, exchanged, [base, *best_fits]), strict=True)]
-    compared += _beside_unnamed(pool, exchanged)
+    compared += _refitted(pool, exchanged, _strongest_terms(pool, exchanged))
     rows += [row(fit, fit.cost, beside) for fit, beside in compared if beside.gain > 0]
     best: dict[Key, Row] = {}
     for found in rows:
@@ -149,14 +153,17 @@ def _faint(rows: Mapping[Key, Row], row: Row) -> frozenset[str]:
     return row.effects - shown
 
 
-def _beside_unnamed(pool: WorkerPool, fits: Sequence[Fit]) -> list[tuple[Fit, UnnamedFit]]:
-    """Every fit with what gains most as something unnamed; the likeliest of them, and those without effects, are fitted
-    anew beside it."""
-    sent = [pool.problem.without_weights(fit) for fit in fits]
-    found = [*zip(fits, pool.map(_strongest, sent), strict=True)]
+def _strongest_terms(pool: WorkerPool, fits: Sequence[Fit]) -> Iterator[UnnamedFit]:
+    """What gains most as something unnamed beside every fit."""
+    return pool.map(_strongest, [pool.problem.without_weights(fit) for fit in fits])
+
+
+def _refitted(pool: WorkerPool, fits: Sequence[Fit], unnamed: Iterable[UnnamedFit]) -> list[tuple[Fit, UnnamedFit]]:
+    """Every fit with what is unnamed beside it; the likeliest of them, and those without effects, fitted anew."""
+    found = [*zip(fits, unnamed, strict=True)]
     order = sorted(range(len(fits)), key=lambda k: fits[k].cost - found[k][1].gain)
     likeliest = sorted({*order[:N_BESIDE], *(k for k, fit in enumerate(fits) if not fit.names)})
-    anew = pool.map(_fit_beside, [(sent[k], found[k][1]) for k in likeliest])
+    anew = pool.map(_fit_beside, [(pool.problem.without_weights(fits[k]), found[k][1]) for k in likeliest])
     for k, (fit, beside) in zip(likeliest, anew, strict=True):
         found[k] = replace(fit, weighting=fits[k].weighting.with_size(fit.weighting.size)), beside
     return found

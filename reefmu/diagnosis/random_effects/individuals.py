@@ -87,9 +87,9 @@ def _single(
 ) -> Array:
     """(k,) N.m, torque of single elements by linear interpolation along all three axes, times a weight.
 
-    planes: (c, N_TWISTS, N_POSITIONS, 2) N.m, tables at each of c clearances and at the next; part: (k,), numbers of the
-    parts; lead: (k,) rad, twist of the element beyond that of the part; beta: (k,) rad, position; z: (k,), deviation of
-    the clearance in standard deviations.
+    planes: (c, N_TWISTS, N_POSITIONS, 2) N.m, tables at each of c clearances and at the next; part: (k,), numbers of
+    the parts; lead: (k,) rad, twist of the element beyond that of the part; beta: (k,) rad, position; z: (k,),
+    deviation of the clearance in standard deviations.
     """
     r = scatter.responses
     k, h = locate_cells(r.solved, z * r.deviation)

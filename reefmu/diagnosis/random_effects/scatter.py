@@ -13,6 +13,8 @@ import functools
 import itertools
 import operator
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +26,7 @@ from stiffness_model.numerics.arrays import Array
 from .curve_columns import common_deviations
 from .element_columns import PairColumns, SeatedElements, average_torque
 from .element_motion import ElementMotion, spread_starts
-from .part_responses import part_responses
+from .part_responses import PartResponses, part_responses
 from .profile_steps import profile_steps
 from .responses import ElementResponses
 from .tolerance_scatter import Spread, in_turn
@@ -45,8 +47,8 @@ NEIGHBOURS = 128
 @dataclass(frozen=True)
 class Scatter:
     """The scatter along one record; motion: of the elements where the contacts have the twist (n,), rad, of a first
-    estimate, by block; starts: number of positions of the first element, a multiple of `N_JOBS`; time_constant: s, of
-    the filter of all channels before which the motion is."""
+    estimate, by block; starts: number of positions of the first element; time_constant: s, of the filter of all
+    channels before which the motion is."""
 
     drive: Drive
     responses: ElementResponses
@@ -70,13 +72,11 @@ class Scatter:
         of a drive share, and the torque (n,), N.m, of the base curve; parameters as of `covariance_at`."""
         if twist is not self.twist:
             return self._moved(twist, beside).covariance_of_parts(twist, clearance, spread=spread)
-        clearance = np.broadcast_to(np.asarray(clearance, float), twist.shape)[self.motion.block]
-        average = average_torque(self.drive, self.responses, self.motion, twist, clearance)
-        starts = np.arange(self.starts).reshape(N_JOBS, -1)
-        parts = spread(_products, [_SomeStarts(self, clearance, some) for some in starts])
-        found = functools.reduce(operator.iadd, parts)
-        seen = part_responses(self.responses, self.motion, twist, clearance)
-        add_products(found, profile_steps(self.drive, seen, self.motion, average), 1.0)
+        at = _Contacts(self, np.broadcast_to(np.asarray(clearance, float), twist.shape)[self.motion.block])
+        average = average_torque(self.drive, self.responses, self.motion, twist, at.clearance)
+        numbers = np.array_split(np.arange(self.starts), N_JOBS)
+        found = functools.reduce(operator.iadd, spread(_products, [_SomeStarts(at, some) for some in numbers]))
+        add_products(found, profile_steps(self.drive, at.responses, self.motion, average), 1.0)
         mirror_lower_triangle(found)
         return found, average[0]
 
@@ -103,21 +103,37 @@ class Scatter:
 
 
 @dataclass(frozen=True)
-class _SomeStarts:
-    """scatter: at the twist of the contacts; clearance: (p,) m, of the parts of the motion; numbers: of the starts."""
+class _Contacts:
+    """scatter: at the twist of the contacts; clearance: (p,) m, of the parts of the motion."""
 
     scatter: Scatter
     clearance: Array
+
+    @cached_property
+    def responses(self) -> PartResponses:
+        """The responses of an element in these contacts."""
+        of = self.scatter
+        return part_responses(of.responses, of.motion, of.twist, self.clearance)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields alone: another process computes the responses in less time than it takes to send them."""
+        return {"scatter": self.scatter, "clearance": self.clearance}
+
+
+@dataclass(frozen=True)
+class _SomeStarts:
+    """numbers: of some starts."""
+
+    at: _Contacts
     numbers: NDArray[np.intp]
 
 
 def _products(what: _SomeStarts) -> Array:
     """(n, n) (N.m)^2, lower triangle of what some starts contribute to the covariance."""
-    of, count, of_starts = what.scatter, len(what.scatter.twist), what.scatter.starts
+    of, count, of_starts = what.at.scatter, len(what.at.scatter.twist), what.at.scatter.starts
     found, starts = np.zeros((count, count), order="F"), spread_starts(of.drive, of_starts)
-    parts = part_responses(of.responses, of.motion, of.twist, what.clearance)
     for number in what.numbers:
-        elements = SeatedElements(of.drive, of.responses, of.motion, parts, starts[number])
+        elements = SeatedElements(of.drive, of.responses, of.motion, what.at.responses, starts[number])
         factors = [_share(number, every, of_starts) ** 0.5 for every in TERMS_EVERY]
         add_products(found, elements.columns(factors), 1 / of_starts)
         if of_pairs := _share(number, PAIRS_EVERY, of_starts):
