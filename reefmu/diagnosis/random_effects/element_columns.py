@@ -182,9 +182,9 @@ class SeatedElements:
 
     def _by(self, number: NDArray[np.intp]) -> _Sums:
         """Sums over the elements on the profile that share a number (k,); numbers without any have no row."""
-        row = np.cumsum(np.bincount(number) > 0) - 1
-        blocks = len(self.motion.first)
-        return _Sums(row[number] * blocks + self.motion.block[self._elements.part], row[-1] + 1, blocks)
+        met, blocks = np.bincount(number) > 0, len(self.motion.first)
+        row = np.cumsum(met) - 1
+        return _Sums(row[number] * blocks + self.motion.block[self._elements.part], int(met.sum()), blocks)
 
     def _by_block(self, values: Array) -> Array:
         return np.asarray(np.bincount(self.motion.block[self._elements.part], values, len(self.motion.first)), float)

@@ -15,19 +15,19 @@ from __future__ import annotations
 import argparse
 import sys
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
-from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
+from reefmu.diagnosis.estimation.problem import Problem, make_weights  # noqa: E402
 from reefmu.diagnosis.estimation.score_test import absorbing_basis, linearise, score_gains  # noqa: E402
 from reefmu.diagnosis.estimation.search import base_fit  # noqa: E402
 from reefmu.diagnosis.inference.simulated_records import simulate_noise  # noqa: E402
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem  # noqa: E402
 from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
-from reefmu.diagnosis.random_effects import scatter as scatter_module  # noqa: E402
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals  # noqa: E402
 from reefmu.diagnosis.random_effects.responses import PLACES  # noqa: E402
 from reefmu.diagnosis.random_effects.scatter import Scatter  # noqa: E402
@@ -86,6 +86,14 @@ def score_statistics(problem: Problem, count: int, places: float) -> dict[str, A
     return {name: np.array(gains) for name, gains in found.items()}
 
 
+def with_starts(problem: Problem, starts: int) -> Problem:
+    """The problem with a covariance that is averaged over so many positions of the first element."""
+    assert isinstance(problem.scatter, Scatter)
+    scatter = replace(problem.scatter, starts=starts)
+    weights = make_weights(problem.variance, scatter, problem.base.full_torque)
+    return replace(problem, scatter=scatter, weights=weights)
+
+
 def position_scores(problem: Problem, count: int) -> tuple[float, float]:
     """The greatest mean square, over the positions of a missing ball, of its score on individuals whose places deviate
     as widely as their sizes, and the mean -2 log likelihood of the individuals."""
@@ -108,14 +116,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("--drives", type=int, default=48, help="individuals of each drive")
     parser.add_argument(
-        "--starts", type=int, nargs="*", default=[], help="positions of the first element, even numbers"
+        "--starts", type=int, nargs="*", default=[], help="positions of the first element"
     )
     arguments = parser.parse_args()
     warnings.simplefilter("ignore", DoesNotFitWarning)
     for name in DRIVES:
         for starts in arguments.starts:
-            scatter_module.N_STARTS, scatter_module.PAIRS_EVERY = starts, starts // 2
-            square, cost = position_scores(problem_of(load_drive(name)), arguments.drives)
+            square, cost = position_scores(with_starts(problem_of(load_drive(name)), starts), arguments.drives)
             print(f"{name}, {starts} starts: missing ball {square:.2f}, -2 log likelihood {cost:.0f}", flush=True)
         if arguments.starts:
             continue

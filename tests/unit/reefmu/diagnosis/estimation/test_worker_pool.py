@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import replace
@@ -12,7 +13,7 @@ import pytest
 
 from reefmu.diagnosis import diagnose_record
 from reefmu.diagnosis.estimation.search import base_fit
-from reefmu.diagnosis.estimation.worker_pool import RANKING, Start, WorkerPool, fit_starts
+from reefmu.diagnosis.estimation.worker_pool import RANKING, Start, WorkerPool, fit_starts, spread_over
 from reefmu.diagnosis.forward.base_curve import drawing_base
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
@@ -40,6 +41,18 @@ def test_several_processes_give_the_same_diagnosis() -> None:
     assert here["effects"]
     assert pool.submitted > 20
     assert shared == here
+
+
+def test_this_process_does_the_first_job_and_the_others_do_the_rest() -> None:
+    with Counting(1) as pool:
+        found = [*spread_over(pool)(_process_of, [3, 1, 2])]
+    assert [job for job, _ in found] == [3, 1, 2]
+    assert [process == os.getpid() for _, process in found] == [True, False, False]
+    assert [*spread_over(None)(_process_of, [3, 1])] == [(3, os.getpid()), (1, os.getpid())]
+
+
+def _process_of(job: int) -> tuple[int, int]:
+    return job, os.getpid()
 
 
 def test_a_fit_survives_sending_without_its_weights() -> None:
