@@ -115,9 +115,7 @@ def main() -> None:
     """Print the mean gains, or what numbers of starts make of a missing ball."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("--drives", type=int, default=48, help="individuals of each drive")
-    parser.add_argument(
-        "--starts", type=int, nargs="*", default=[], help="positions of the first element"
-    )
+    parser.add_argument("--starts", type=int, nargs="*", default=[], help="positions of the first element")
     arguments = parser.parse_args()
     warnings.simplefilter("ignore", DoesNotFitWarning)
     for name in DRIVES:

@@ -22,6 +22,7 @@ def problem() -> Problem:
     return replace(made, block_variance=SLOW * made.variance)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.0, UNKNOWN_FORMS])
 def test_residuals_of_a_covariance_leave_what_they_should(problem: Problem, share: float) -> None:
     """The share with which they are drawn costs least; without other forms every bin has its variance."""

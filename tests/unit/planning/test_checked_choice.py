@@ -56,6 +56,7 @@ def test_a_choice_goes_on_until_records_name_every_effect(choose: Choose) -> Non
     assert hard.schedule.seconds > easy.schedule.seconds
 
 
+@pytest.mark.slow
 @pytest.mark.xfail(
     reason="all motions of the rig separate a clearance of one tolerance by 5.4 standard deviations, and a name takes "
     "5.2: individuals differ by as much",

@@ -23,6 +23,7 @@ measured = false
 """
 
 
+@pytest.mark.slow
 def test_a_plan_is_written_and_says_what_is_missing(
     lookup: Lookup, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -47,7 +47,8 @@ def test_the_true_friction_is_found() -> None:
         assert at.driven_back.value == pytest.approx(2 - 1 / efficiency(at.load, at.speed), abs=0.005)
 
 
-@pytest.mark.parametrize("turning", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("turning", [True, False])
 def test_intervals_hold_what_cycles_differ_by(turning: bool) -> None:
     """Of 60 records whose friction differs by 10 % from cycle to cycle, intervals of 95 % hold the mean friction's
     efficiency in all but a few; without the scatter they are several times narrower."""

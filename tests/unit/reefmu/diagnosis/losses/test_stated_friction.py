@@ -68,6 +68,7 @@ def test_stated_losses_are_not_named_and_stay_in_the_model(turning: bool, tmp_pa
     assert (other.verdict, [effect.name for effect in other.effects]) != ("named", ["hysteresis"])
 
 
+@pytest.mark.slow
 def test_friction_that_cannot_be_taken_off_is_in_the_model_once(tmp_path: Path) -> None:
     """A record of a twist alone does not show how the crank turns."""
     found = diagnose_record(at_motor(both_torques(turning=False, friction=STATED), locked=True), LOSSY, out=tmp_path)
