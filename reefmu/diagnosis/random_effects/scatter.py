@@ -37,7 +37,7 @@ individuals: 24 change their -2 log likelihood by less than 15, and 8 lose up to
 TERMS_EVERY, PAIRS_EVERY = (1, 2, 3), 6
 """One of so many positions stands for the terms of the first and every higher order, and for the products of elements
 and lobes: the smaller, the fewer. Chosen by the likelihood of individuals, which all positions for all orders change by
-less than 5 in 30 of 31 records and by 22 in one, and twice as many for the products by less than 1."""
+less than 3 in 29 of 31 records and by 22 in one, and twice as many for the products by less than 1."""
 N_JOBS = 2
 """Parts of the positions that processes share; chosen by judgement, few because the sum of each is sent as a whole."""
 NEIGHBOURS = 128
