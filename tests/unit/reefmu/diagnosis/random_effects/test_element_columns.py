@@ -55,8 +55,8 @@ def slopes(drive: Drive, position: Array) -> tuple[Array, Array]:
 
 def test_places_twist_an_element_and_move_it_along_the_profile_and_over_its_edges(drive: Drive) -> None:
     """A lobe twists its element by as much less than a bore as the output turns less than an element of the crank."""
-    ends, places = drive.usable_limit + np.array([-5, 5]) * FADE_HALF_WIDTH, place_deviations(drive)
-    position = np.concatenate([np.linspace(-0.8, 0.8, 33) * drive.usable_limit, np.linspace(*ends, 101)])
+    edge, places = drive.usable_limit, place_deviations(drive)
+    position = np.append(np.linspace(-0.8, 0.8, 33) * edge, edge + np.linspace(-5, 5, 101) * FADE_HALF_WIDTH)
     by_twist, by_position = slopes(drive, position)
     of_element, of_lobe = columns_of_places(drive, position)
     moved = (drive.ratio - 1) * by_position
