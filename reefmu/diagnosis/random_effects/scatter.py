@@ -165,7 +165,7 @@ def add_products_of_pairs(total: Array, pairs: PairColumns, factor: float) -> No
         size = blocks.stop - blocks.start
         at = place[number] * size + pairs.block[start:end] - blocks.start
         of_terms = [np.bincount(at, values[start:end], len(met) * size) for values in pairs.values]
-        parts.append((blocks, met, np.reshape(of_terms, (len(of_terms), len(met), size))))
+        parts.append((blocks, met, np.asarray(of_terms, float).reshape(len(of_terms), len(met), size)))
     for k, (here, met, values) in enumerate(parts):
         place[:] = -1
         place[met] = np.arange(len(met))
