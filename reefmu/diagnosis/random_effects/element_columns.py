@@ -91,9 +91,8 @@ class SeatedElements:
         shares = [1 - self._of_elements(o) - self._of_lobes(o) - self._of_cranks(o) for o in TERMS]
         terms = [share**0.5 * self._response(term(*o)) for share, o in zip(shares, TERMS, strict=True) if share > 0]
         on, counted = self._elements, [of_term for of_term in terms if self._counts(1.0, of_term)]
-        lobes = self.drive.lobes * self.drive.eccentrics
-        block = self.motion.block[on.part]
-        return PairColumns(on.element * lobes + on.lobe, block, np.array(counted).reshape(len(counted), len(block)))
+        number = on.element * self.drive.lobes * self.drive.eccentrics + on.lobe
+        return PairColumns(number, self._block, np.array(counted).reshape(len(counted), len(number)))
 
     def _response(self, name: str) -> Array:
         """Responses (k,), N.m, of the elements on the profile, times the share of the part in its block, of the table
@@ -184,10 +183,15 @@ class SeatedElements:
         """Sums over the elements on the profile that share a number (k,); numbers without any have no row."""
         met, blocks = np.bincount(number) > 0, len(self.motion.first)
         row = np.cumsum(met) - 1
-        return _Sums(row[number] * blocks + self.motion.block[self._elements.part], int(met.sum()), blocks)
+        return _Sums(row[number] * blocks + self._block, int(met.sum()), blocks)
 
     def _by_block(self, values: Array) -> Array:
-        return np.asarray(np.bincount(self.motion.block[self._elements.part], values, len(self.motion.first)), float)
+        return np.asarray(np.bincount(self._block, values, len(self.motion.first)), float)
+
+    @cached_property
+    def _block(self) -> NDArray[np.intp]:
+        """(k,), number of the block of every element on the profile."""
+        return self.motion.block[self._elements.part]
 
     @property
     def _ahead(self) -> float:

@@ -9,11 +9,10 @@ face.
 
 from __future__ import annotations
 
-import functools
 import itertools
 import operator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import Any
 
 import numpy as np
@@ -32,8 +31,8 @@ from .responses import ElementResponses
 from .tolerance_scatter import Spread, in_turn
 
 N_STARTS = 12
-"""Positions of the first element over which the covariance is averaged. Chosen by the likelihood of records of
-individuals: 24 change their -2 log likelihood by less than 15, and 8 lose up to 46."""
+"""Positions of the first element over which the covariance is averaged. Chosen by the likelihood of 58 records of
+individuals: with 24 their -2 log likelihood is 6 less in the mean, and at most 40, with 8 it is up to 80 more."""
 TERMS_EVERY, PAIRS_EVERY = (1, 2, 3), 6
 """One of so many positions stands for the terms of the first and every higher order, and for the products of elements
 and lobes: the smaller, the fewer. Chosen by the likelihood of individuals, which all positions for all orders change by
@@ -75,7 +74,7 @@ class Scatter:
         at = _Contacts(self, np.broadcast_to(np.asarray(clearance, float), twist.shape)[self.motion.block])
         average = average_torque(self.drive, self.responses, self.motion, twist, at.clearance)
         numbers = np.array_split(np.arange(self.starts), N_JOBS)
-        found = functools.reduce(operator.iadd, spread(_products, [_SomeStarts(at, some) for some in numbers]))
+        found = reduce(operator.iadd, spread(_products, [_SomeStarts(at, some) for some in numbers]))
         add_products(found, profile_steps(self.drive, at.responses, self.motion, average), 1.0)
         mirror_lower_triangle(found)
         return found, average[0]
