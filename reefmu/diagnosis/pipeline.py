@@ -25,7 +25,13 @@ from .inference.evidence import Evidence
 from .inference.isolability import Isolability, isolability
 from .losses.crank_losses import CRANK_FRICTION, LAW, crank_losses, with_losses
 from .losses.stated_friction import friction_inside, without_stated_friction
-from .preparation import BaseCurveSource, prepare_problem, with_friction_at_start, with_individuals
+from .preparation import (
+    BaseCurveSource,
+    prepare_problem,
+    with_first_element,
+    with_friction_at_start,
+    with_individuals,
+)
 from .preprocessing.audit import Audit, audit
 from .preprocessing.trace import make_trace
 from .probabilities.assessment import assess, record_isolability
@@ -157,6 +163,10 @@ def _single_effects(problem: Problem, executor: Executor | None) -> tuple[Eviden
     base = base_fit(problem)
     with open_pool(problem, executor) as pool:
         traces = linearise_candidates(pool, base)
+    seated = with_first_element(problem, base, traces, spread_over(executor))
+    if seated is not problem:
+        problem, base = seated, base_fit(seated)
+    with open_pool(problem, executor) as pool:
         isolated = isolability(problem, base, traces)
         visible = tuple(name for name in problem.candidates if name not in isolated.invisible)
         problem = replace(problem, candidates=visible)

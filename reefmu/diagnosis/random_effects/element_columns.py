@@ -85,6 +85,13 @@ class SeatedElements:
                 found.append(self._by_crank.sums(factor * of_cranks**0.5 * values))
         return np.concatenate(found)
 
+    def steps(self, average: Array) -> Array:
+        """(2, n) N.m, by which the torque of elements without deviations differs from its average, and that by which
+        its product with their position over the usable limit does, as in `profile_steps`; average: (2, n) N.m."""
+        alone = self._response("mean")
+        beside = alone * self._elements.position / self.drive.usable_limit
+        return np.stack([self._by_block(alone), self._by_block(beside)]) - average
+
     def of_pairs(self) -> PairColumns:
         """Columns of what products of the deviations of an element and of the lobe that it meets do: random effects of
         every pair."""

@@ -28,7 +28,8 @@ def simulate_individuals(
 ) -> Array:
     """(count, n) N.m, torque of individual drives less that of the mean drive, at the blocks of the record.
 
-    The elements are spread as evenly as their seats allow, from a random position at crank angle 0. Deviations of balls
+    The elements are spread as evenly as their seats allow, from the position at crank angle 0 that the record shows, or
+    a random one where it shows none. Deviations of balls
     and cranks move with the element, those of lobes stay in the gear. The torque is not linearised in the clearance;
     bores have their mean radius. places: range of the deviation of a drive's places of bores and lobes along their
     circle, over that of their sizes, in which any is as likely, since drawings do not state it. A bore or a lobe beside
@@ -60,7 +61,8 @@ def _torques(what: _SomeDrives) -> Array:
     found = np.empty((len(what.seeds), len(scatter.twist)))
     planes = np.stack([r.single[:-1], r.single[1:]], axis=-1)
     for number, rng in enumerate(map(np.random.default_rng, what.seeds)):
-        start, wide = rng.uniform(0, 2 * np.pi), place_deviations(drive, rng.uniform(*what.places))
+        anywhere, wide = rng.uniform(0, 2 * np.pi), place_deviations(drive, rng.uniform(*what.places))
+        start = anywhere if scatter.start is None else scatter.start
         crank = rng.standard_normal(n)
         if drive.crank_deviation == "eccentric":
             crank = crank[np.arange(n) % rows]

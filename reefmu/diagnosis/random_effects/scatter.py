@@ -27,7 +27,7 @@ from .element_columns import PairColumns, SeatedElements, average_torque
 from .element_motion import ElementMotion, spread_starts
 from .part_responses import PartResponses, part_responses
 from .profile_steps import profile_steps
-from .responses import ElementResponses
+from .responses import MAX_ORDER, ElementResponses
 from .tolerance_scatter import Spread, in_turn
 
 N_STARTS = 12
@@ -37,6 +37,8 @@ TERMS_EVERY, PAIRS_EVERY = (1, 2, 3), 6
 """One of so many positions stands for the terms of the first and every higher order, and for the products of elements
 and lobes: the smaller, the fewer. Chosen by the likelihood of individuals, which all positions for all orders change by
 less than 3 in 29 of 31 records and by 22 in one, and twice as many for the products by less than 1."""
+HIGHER_ORDERS = MAX_ORDER - len(TERMS_EVERY)
+"""Orders of the terms that do not count where they are averaged over positions."""
 N_JOBS = 2
 """Parts of the positions that processes share; chosen by judgement, few because the sum of each is sent as a whole."""
 NEIGHBOURS = 128
@@ -46,7 +48,8 @@ NEIGHBOURS = 128
 @dataclass(frozen=True)
 class Scatter:
     """The scatter along one record; motion: of the elements where the contacts have the twist (n,), rad, of a first
-    estimate, by block; starts: number of positions of the first element; time_constant: s, of the filter of all
+    estimate, by block; starts: number of positions of the first element that are averaged over; start: rad, its
+    position at crank angle 0 where the record shows it, None where it does not; time_constant: s, of the filter of all
     channels before which the motion is."""
 
     drive: Drive
@@ -54,6 +57,7 @@ class Scatter:
     motion: ElementMotion
     twist: Array
     starts: int = N_STARTS
+    start: float | None = None
     time_constant: float = 0.0
 
     def covariance_at(
@@ -73,9 +77,7 @@ class Scatter:
             return self._moved(twist, beside).covariance_of_parts(twist, clearance, spread=spread)
         at = _Contacts(self, np.broadcast_to(np.asarray(clearance, float), twist.shape)[self.motion.block])
         average = average_torque(self.drive, self.responses, self.motion, twist, at.clearance)
-        numbers = np.array_split(np.arange(self.starts), N_JOBS)
-        found = reduce(operator.iadd, spread(_products, [_SomeStarts(at, some) for some in numbers]))
-        add_products(found, profile_steps(self.drive, at.responses, self.motion, average), 1.0)
+        found = _over_starts(at, average, spread) if self.start is None else _at_start(at, average, self.start)
         mirror_lower_triangle(found)
         return found, average[0]
 
@@ -127,13 +129,33 @@ class _SomeStarts:
     numbers: NDArray[np.intp]
 
 
+def _over_starts(at: _Contacts, average: Array, spread: Spread) -> Array:
+    """(n, n) (N.m)^2, lower triangle of the covariance of parts, averaged over positions of the first element; average:
+    (2, n) N.m, of `average_torque`."""
+    of = at.scatter
+    numbers = np.array_split(np.arange(of.starts), N_JOBS)
+    found = reduce(operator.iadd, spread(_products, [_SomeStarts(at, some) for some in numbers]))
+    add_products(found, profile_steps(of.drive, at.responses, of.motion, average), 1.0)
+    return found
+
+
+def _at_start(at: _Contacts, average: Array, start: float) -> Array:
+    """The same for one position of the first element, rad."""
+    of, count = at.scatter, len(at.scatter.twist)
+    elements = SeatedElements(of.drive, of.responses, of.motion, at.responses, start)
+    found = np.zeros((count, count), order="F")
+    add_products(found, np.concatenate([elements.columns(), elements.steps(average)]), 1.0)
+    add_products_of_pairs(found, elements.of_pairs(), 1.0)
+    return found
+
+
 def _products(what: _SomeStarts) -> Array:
     """(n, n) (N.m)^2, lower triangle of what some starts contribute to the covariance."""
     of, count, of_starts = what.at.scatter, len(what.at.scatter.twist), what.at.scatter.starts
     found, starts = np.zeros((count, count), order="F"), spread_starts(of.drive, of_starts)
     for number in what.numbers:
         elements = SeatedElements(of.drive, of.responses, of.motion, what.at.responses, starts[number])
-        factors = [_share(number, every, of_starts) ** 0.5 for every in TERMS_EVERY]
+        factors = [_share(number, every, of_starts) ** 0.5 for every in TERMS_EVERY] + [0.0] * HIGHER_ORDERS
         add_products(found, elements.columns(factors), 1 / of_starts)
         if of_pairs := _share(number, PAIRS_EVERY, of_starts):
             add_products_of_pairs(found, elements.of_pairs(), of_pairs / of_starts)
