@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -24,10 +25,10 @@ from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES, Weighting
 from ..random_effects.scatter import N_JOBS, Scatter
 from ..random_effects.tolerance_scatter import Spread, in_turn
 
-N_POSITIONS = 24
+N_POSITIONS = 12
 """Positions over the distance of the elements that are tried first. Chosen by judgement: the likelihood has a maximum
-about a twentieth of that distance wide."""
-HALVINGS = 3
+about a tenth of that distance wide."""
+HALVINGS = 4
 """Times that the step between positions is halved about the likeliest. Chosen by judgement, down to 1 in 200 of the
 distance, by which -2 log likelihood changes by a few units."""
 EVERY = 3
@@ -105,24 +106,24 @@ def _likeliest_start(record: _Record, spread: Spread) -> float:
     """Likeliest position of the first element, rad."""
     drive = record.scatter.drive
     distance = 2 * np.pi / drive.elements
-    likeliest = _best(record, [distance * k / N_POSITIONS for k in range(N_POSITIONS)], spread)
+    costs = _costs(record, [distance * k / N_POSITIONS for k in range(N_POSITIONS)], spread)
+    steps = [distance / N_POSITIONS / 2**halving for halving in range(1, HALVINGS + 1)]
     if drive.seats.elements < drive.seats.seats:
         # Elements are spread evenly over more seats than there are, and meet other lobes if another one comes first.
-        likeliest = _best(record, [likeliest + distance * k for k in range(drive.elements)], spread)
-    for halving in range(1, HALVINGS + 1):
-        step = distance / N_POSITIONS / 2**halving
-        likeliest = _best(record, [likeliest - step, likeliest, likeliest + step], spread)
-    return likeliest
+        steps = [distance * (drive.elements // 2**halving) for halving in range(1, drive.elements.bit_length())] + steps
+    for step in steps:
+        likeliest = min(costs, key=lambda start: costs[start])
+        costs |= _costs(record, [likeliest - step, likeliest + step], spread)
+    return min(costs, key=lambda start: costs[start])
 
 
-def _best(record: _Record, starts: Sequence[float], spread: Spread) -> float:
-    """The likeliest of some positions, rad, the first of several that are as likely."""
+def _costs(record: _Record, starts: Sequence[float], spread: Spread) -> dict[float, float]:
+    """-2 log likelihood of some positions, rad."""
     shares = [starts[k::N_JOBS] for k in range(N_JOBS)]
-    found = spread(_costs, [(record, share) for share in shares])
-    costs = {start: cost for share, some in zip(shares, found, strict=True) for start, cost in zip(share, some)}
-    return min(starts, key=lambda start: costs[start])
+    found = spread(_costs_of_some, [(record, share) for share in shares])
+    return dict(chain.from_iterable(zip(*both, strict=True) for both in zip(shares, found, strict=True)))
 
 
-def _costs(job: tuple[_Record, Sequence[float]]) -> list[float]:
+def _costs_of_some(job: tuple[_Record, Sequence[float]]) -> list[float]:
     record, starts = job
     return [record.cost(start) for start in starts]
