@@ -63,13 +63,13 @@ class SeatedElements:
 
     def columns(self, factors: Sequence[float] = (1.0,) * MAX_ORDER) -> Array:
         """(m, n) N.m, of one standard deviation of each random effect of elements, lobes and eccentrics, and of the
-        drive as a whole; factors: of the terms of the first and every higher order, 0 for no columns."""
+        drive as a whole; factors: of the terms of the first and the next orders, 0 for no columns, as of all others."""
         places = self.responses.places
         found = [self._shift_by_places()]
         if _square(of_bores := self._response("bore")) > MIN_BORE_SHARE * self._linear_variance:
             found.append(self._by_element.sums(of_bores))
         for orders in TERMS:
-            factor = factors[sum(orders) - 1]
+            factor = factors[sum(orders) - 1] if sum(orders) <= len(factors) else 0.0
             if not factor:
                 continue
             values = self._response(term(*orders))

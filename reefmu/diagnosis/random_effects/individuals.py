@@ -28,13 +28,13 @@ def simulate_individuals(
 ) -> Array:
     """(count, n) N.m, torque of individual drives less that of the mean drive, at the blocks of the record.
 
-    The elements are spread as evenly as their seats allow, from the position at crank angle 0 that the record shows, or
-    a random one where it shows none. Deviations of balls
-    and cranks move with the element, those of lobes stay in the gear. The torque is not linearised in the clearance;
-    bores have their mean radius. places: range of the deviation of a drive's places of bores and lobes along their
-    circle, over that of their sizes, in which any is as likely, since drawings do not state it. A bore or a lobe beside
-    its place moves and twists its element, as in `stiffness_model.rotation`; a lobe farther out acts as a larger one.
-    spread: shares the drives among processes, with the same result.
+    The elements are spread as evenly as their seats allow, from the position at crank angle 0 that the scatter has, or
+    from a random one where it has none. Deviations of balls and cranks move with the element, those of lobes stay in
+    the gear. The torque is not linearised in the clearance; bores have their mean radius. places: range of the
+    deviation of a drive's places of bores and lobes along their circle, over that of their sizes, in which any is as
+    likely, since drawings do not state it. A bore or a lobe beside its place moves and twists its element, as in
+    `stiffness_model.rotation`; a lobe farther out acts as a larger one. spread: shares the drives among processes, with
+    the same result.
     """
     seeds = np.random.SeedSequence([seed, len(scatter.twist)]).spawn(count)
     size = -(-count // N_JOBS)

@@ -1,10 +1,10 @@
 """Tolerance scatter along a record: the covariance by which individual drives' torque differs from the mean drive's.
 
-Where the first element stands no drawing says. A record may show it, but only to those who know how every element
-moves: a position that is taken to be known and is not quite right explains an individual worse than none, and leaves to
-effects what is not theirs. The covariance is therefore that of all individuals, averaged over all positions: how alike
-the torque is at two instants depends on how far the elements have moved between them, and on which lobes they then
-face.
+Where the first element stands no drawing says. A record may show it, where the elements move as they are taken to: the
+covariance is then that of individuals with that element there. Elsewhere a position that is taken to be known and is
+not quite right would explain an individual worse than none, and leave to effects what is not theirs. The covariance is
+then that of all individuals, averaged over all positions: how alike the torque is at two instants depends on how far
+the elements have moved between them, and on which lobes they then face.
 """
 
 from __future__ import annotations
@@ -27,18 +27,17 @@ from .element_columns import PairColumns, SeatedElements, average_torque
 from .element_motion import ElementMotion, spread_starts
 from .part_responses import PartResponses, part_responses
 from .profile_steps import profile_steps
-from .responses import MAX_ORDER, ElementResponses
+from .responses import ElementResponses
 from .tolerance_scatter import Spread, in_turn
 
 N_STARTS = 12
 """Positions of the first element over which the covariance is averaged. Chosen by the likelihood of 58 records of
 individuals: with 24 their -2 log likelihood is 6 less in the mean, and at most 40, with 8 it is up to 80 more."""
 TERMS_EVERY, PAIRS_EVERY = (1, 2, 3), 6
-"""One of so many positions stands for the terms of the first and every higher order, and for the products of elements
-and lobes: the smaller, the fewer. Chosen by the likelihood of individuals, which all positions for all orders change by
-less than 3 in 29 of 31 records and by 22 in one, and twice as many for the products by less than 1."""
-HIGHER_ORDERS = MAX_ORDER - len(TERMS_EVERY)
-"""Orders of the terms that do not count where they are averaged over positions."""
+"""One of so many positions stands for the terms of the first three orders, and for the products of elements and lobes:
+the smaller, the fewer; further orders do not count in an average. Chosen by the likelihood of individuals, which all
+positions for these orders change by less than 3 in 29 of 31 records and by 22 in one, and twice as many for the
+products by less than 1."""
 N_JOBS = 2
 """Parts of the positions that processes share; chosen by judgement, few because the sum of each is sent as a whole."""
 NEIGHBOURS = 128
@@ -155,7 +154,7 @@ def _products(what: _SomeStarts) -> Array:
     found, starts = np.zeros((count, count), order="F"), spread_starts(of.drive, of_starts)
     for number in what.numbers:
         elements = SeatedElements(of.drive, of.responses, of.motion, what.at.responses, starts[number])
-        factors = [_share(number, every, of_starts) ** 0.5 for every in TERMS_EVERY] + [0.0] * HIGHER_ORDERS
+        factors = [_share(number, every, of_starts) ** 0.5 for every in TERMS_EVERY]
         add_products(found, elements.columns(factors), 1 / of_starts)
         if of_pairs := _share(number, PAIRS_EVERY, of_starts):
             add_products_of_pairs(found, elements.of_pairs(), of_pairs / of_starts)

@@ -1,0 +1,73 @@
+"""The covariance of individuals whose first element stands at a known position, along a short record."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from reefmu.diagnosis.estimation.weighting import weighting_of_covariance
+from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
+from reefmu.diagnosis.random_effects.element_columns import SeatedElements, average_torque
+from reefmu.diagnosis.random_effects.element_motion import element_motion
+from reefmu.diagnosis.random_effects.individuals import simulate_individuals
+from reefmu.diagnosis.random_effects.part_responses import part_responses
+from reefmu.diagnosis.random_effects.profile_steps import profile_steps
+from reefmu.diagnosis.random_effects.responses import PLACES, element_responses
+from reefmu.diagnosis.random_effects.scatter import Scatter
+from stiffness_model.numerics.arrays import Array
+from tests import diagnosis_rig as rig
+
+START = 0.013
+
+
+@pytest.fixture(scope="module")
+def scatter() -> Scatter:
+    """Of individuals whose first element stands at `START`."""
+    drive = rig.drive()
+    trace = make_trace(rig.protocol(), drive.ratio)
+    blocks = make_blocks(trace, 8)
+    motion, twist = element_motion(drive, trace, blocks), blocks.mean(trace.smooth_twist)
+    return Scatter(drive, element_responses(drive), motion, twist, start=START)
+
+
+def elements_at(scatter: Scatter, start: float) -> tuple[SeatedElements, Array]:
+    """The elements for a position of the first one, rad, and the average torque, (2, n) N.m."""
+    parts = scatter.responses, scatter.motion, scatter.twist, np.zeros(len(scatter.motion.block))
+    seated = SeatedElements(scatter.drive, *parts[:2], part_responses(*parts), start)
+    return seated, average_torque(scatter.drive, *parts)
+
+
+def whitened_squares(scatter: Scatter, drives: Array) -> float:
+    """Mean of the squares of individuals (m, n), N.m, with a little noise, whitened by a covariance."""
+    covariance = scatter.covariance_at(scatter.twist)
+    noise = 1e-3 * float(covariance.diagonal().mean())
+    noisy = drives + np.sqrt(noise) * np.random.default_rng(0).standard_normal(drives.shape)
+    weights = weighting_of_covariance(np.full(len(covariance), noise), covariance)
+    return float(np.mean(weights.whiten(noisy.T) ** 2))
+
+
+def test_it_is_that_of_individuals_that_stand_there_and_of_no_others(scatter: Scatter) -> None:
+    """Squares are 1.02 there, 1.03, 1.2 and 3.6 a hundredth, three and ten hundredths of the elements' distance beside
+    it, and 1.00 everywhere under the average."""
+    distance = 2 * np.pi / scatter.drive.elements
+    there, beside = (
+        simulate_individuals(replace(scatter, start=start), 24, seed=3, places=(PLACES, PLACES))
+        for start in (START, START + 0.1 * distance)
+    )
+    assert whitened_squares(scatter, there) == pytest.approx(1.0, abs=0.05)
+    assert whitened_squares(scatter, beside) > 2
+    averaged = replace(scatter, start=None)
+    assert whitened_squares(averaged, beside) == pytest.approx(whitened_squares(averaged, there), abs=0.1)
+
+
+def test_steps_at_all_positions_average_to_those_of_any(scatter: Scatter) -> None:
+    distance, of_starts = 2 * np.pi / scatter.drive.elements, []
+    for k in range(48):
+        seated, average = elements_at(scatter, distance * (k + 0.5) / 48)
+        of_starts.append(seated.steps(average))
+    found = np.mean([steps.T @ steps for steps in of_starts], axis=0)
+    steps = profile_steps(scatter.drive, seated.parts, scatter.motion, average)
+    expected = steps.T @ steps
+    assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()
