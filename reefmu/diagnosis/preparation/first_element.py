@@ -41,7 +41,8 @@ def with_first_element(
     problem: Problem, at: Fit, directions: Mapping[str, Sequence[Direction]], spread: Spread = in_turn
 ) -> Problem:
     """The problem with the first element at its likeliest position, beside a fit without effects and all that it may
-    lack; itself where a mean drive, or an individual with that element anywhere, is likelier.
+    lack; itself for a mean drive, and where an individual with that element anywhere is likelier than one with it at
+    any position, of which all are as likely before.
 
     directions: of the candidates, linearised about the fit; spread: shares the work among processes.
     """
@@ -53,9 +54,10 @@ def with_first_element(
     some = np.arange(len(residual)) % EVERY == 0
     few = replace(scatter, motion=scatter.motion.of_blocks(some), twist=scatter.twist[some])
     record = _Record(few, problem.variance[some], values[some], problem.base.full_torque)
-    likeliest = replace(scatter, start=_likeliest_start(record, spread))
+    start, share = _likeliest_start(record, spread)
+    likeliest = replace(scatter, start=start)
     weights = make_weights(problem.variance, likeliest, problem.base.full_torque)
-    if _least_cost(weights, values) >= _least_cost(problem.weights, values):
+    if _least_cost(weights, values) - 2 * np.log(share) >= _least_cost(problem.weights, values):
         return problem
     return replace(problem, scatter=likeliest, weights=weights)
 
@@ -102,19 +104,32 @@ def _least_cost(weights: Weighting, values: Array) -> float:
     )
 
 
-def _likeliest_start(record: _Record, spread: Spread) -> float:
-    """Likeliest position of the first element, rad."""
+def _likeliest_start(record: _Record, spread: Spread) -> tuple[float, float]:
+    """Likeliest position of the first element, rad, and the share of all positions that is as likely: averaged over
+    them, the likelihood is that at the likeliest one times this share."""
     drive = record.scatter.drive
-    distance = 2 * np.pi / drive.elements
+    distance = reach = 2 * np.pi / drive.elements
     costs = _costs(record, [distance * k / N_POSITIONS for k in range(N_POSITIONS)], spread)
     steps = [distance / N_POSITIONS / 2**halving for halving in range(1, HALVINGS + 1)]
     if drive.seats.elements < drive.seats.seats:
         # Elements are spread evenly over more seats than there are, and meet other lobes if another one comes first.
+        reach = 2 * np.pi
         steps = [distance * (drive.elements // 2**halving) for halving in range(1, drive.elements.bit_length())] + steps
     for step in steps:
         likeliest = min(costs, key=lambda start: costs[start])
         costs |= _costs(record, [likeliest - step, likeliest + step], spread)
-    return min(costs, key=lambda start: costs[start])
+    likeliest = min(costs, key=lambda start: costs[start])
+    return likeliest, min(1.0, np.sqrt(4 * np.pi / max(EVERY * _bend(costs, likeliest), 1e-300)) / reach)
+
+
+def _bend(costs: Mapping[float, float], least: float) -> float:
+    """Second derivative of costs by position, 1/rad^2, at the least of them, by those to either side; 0 at an end."""
+    starts = sorted(costs)
+    k = starts.index(least)
+    if k in (0, len(starts) - 1):
+        return 0.0
+    before, after = (abs((costs[starts[j]] - costs[least]) / (starts[j] - least)) for j in (k - 1, k + 1))
+    return 2 * (before + after) / (starts[k + 1] - starts[k - 1])
 
 
 def _costs(record: _Record, starts: Sequence[float], spread: Spread) -> dict[float, float]:
