@@ -15,9 +15,9 @@ from stiffness_model.numerics.arrays import Array
 from ..effects import declared_test
 from ..record import TORQUE_SIDES, Record
 from .analysis import Analysis, WrittenFits
-from .estimation.least_squares import Fit
+from .estimation.least_squares import Fit, by_cost
 from .estimation.problem import Problem
-from .estimation.search import base_fit, linearise_candidates, several_effects, single_effects
+from .estimation.search import Directions, base_fit, linearise_candidates, several_effects, single_effects
 from .estimation.worker_pool import WorkerPool, open_pool, spread_over
 from .fitted_values import CrankLosses
 from .hypotheses import IsolabilityMatrix
@@ -27,6 +27,7 @@ from .losses.crank_losses import CRANK_FRICTION, LAW, crank_losses, with_losses
 from .losses.stated_friction import friction_inside, without_stated_friction
 from .preparation import (
     BaseCurveSource,
+    may_stand_anywhere,
     prepare_problem,
     with_first_element,
     with_friction_at_start,
@@ -159,13 +160,25 @@ def _told_apart(problem: Problem, job: tuple[Array, Fit, Fit, Mapping[str, float
 
 
 def _single_effects(problem: Problem, executor: Executor | None) -> tuple[Evidence, Isolability]:
-    """Fit every effect alone that this record can show."""
-    base = base_fit(problem)
+    """Fit every effect alone that this record can show, for an individual with its first element where the record shows
+    it beside no effect or, where it does not, beside the likeliest one."""
+    base, spread = base_fit(problem), spread_over(executor)
     with open_pool(problem, executor) as pool:
         traces = linearise_candidates(pool, base)
-    seated = with_first_element(problem, base, traces, spread_over(executor))
-    if seated is not problem:
-        problem, base = seated, base_fit(seated)
+    problem = with_first_element(problem, base, traces, spread)
+    found, isolated = _fitted_alone(problem, traces, executor)
+    likeliest = min(found.search.all_fits, key=by_cost)
+    if not likeliest.names or not may_stand_anywhere(problem, likeliest):
+        return found, isolated
+    with open_pool(problem, executor) as pool:
+        beside = linearise_candidates(pool, likeliest)
+    seated = with_first_element(problem, likeliest, beside, spread)
+    return (found, isolated) if seated is problem else _fitted_alone(seated, traces, executor)
+
+
+def _fitted_alone(problem: Problem, traces: Directions, executor: Executor | None) -> tuple[Evidence, Isolability]:
+    """Every effect fitted alone that this record can show; traces: of all candidates about the fit without effects."""
+    base = base_fit(problem)
     with open_pool(problem, executor) as pool:
         isolated = isolability(problem, base, traces)
         visible = tuple(name for name in problem.candidates if name not in isolated.invisible)

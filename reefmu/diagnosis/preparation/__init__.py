@@ -6,13 +6,14 @@ individual stands; `friction_at_start`: friction that is built up when a run sta
 """
 
 from .base_curve_source import BaseCurveSource
-from .first_element import with_first_element
+from .first_element import may_stand_anywhere, with_first_element
 from .friction_at_start import with_friction_at_start
 from .prepare import guess_stiffness, prepare_problem, prepare_same_motion, with_individuals
 
 __all__ = [
     "BaseCurveSource",
     "guess_stiffness",
+    "may_stand_anywhere",
     "prepare_problem",
     "prepare_same_motion",
     "with_first_element",

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
@@ -21,7 +22,8 @@ from ...effects import find_effect
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem, make_weights
 from ..estimation.score_test import Direction, absorbing_basis, eliminate, is_of_one_element, score_gains
-from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES, Weighting
+from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES, Weighting, weighting_of_covariance
+from ..forward.predictor import Contacts
 from ..random_effects.scatter import N_JOBS, Scatter
 from ..random_effects.tolerance_scatter import Spread, in_turn
 
@@ -37,34 +39,38 @@ SIZES = tuple(size for size in SCATTER_SIZES if size >= INDIVIDUAL_SIZE)
 """Sizes of the scatter of an individual."""
 
 
+def may_stand_anywhere(problem: Problem, at: Fit) -> bool:
+    """Whether a fit is of an individual whose first element has no position yet."""
+    return isinstance(problem.scatter, Scatter) and problem.scatter.start is None and at.weighting.is_individual
+
+
 def with_first_element(
     problem: Problem, at: Fit, directions: Mapping[str, Sequence[Direction]], spread: Spread = in_turn
 ) -> Problem:
-    """The problem with the first element at its likeliest position, beside a fit without effects and all that it may
-    lack; itself for a mean drive, and where an individual with that element anywhere is likelier than one with it at
-    any position, of which all are as likely before.
+    """The problem with the first element at its likeliest position, beside a fit and all that it may lack; itself for a
+    mean drive, and where an individual with that element anywhere is likelier than one with it at any position, of
+    which all are as likely before.
 
     directions: of the candidates, linearised about the fit; spread: shares the work among processes.
     """
-    scatter = problem.scatter
-    if not isinstance(scatter, Scatter) or not at.weighting.is_individual:
+    scatter, contacts = problem.scatter, at.prediction.contacts
+    if not isinstance(scatter, Scatter) or not may_stand_anywhere(problem, at):
         return problem
     residual = problem.torque - at.prediction.torque
     values = np.concatenate([residual[:, None], _missing(problem, at, directions)], axis=1)
-    some = np.arange(len(residual)) % EVERY == 0
-    few = replace(scatter, motion=scatter.motion.of_blocks(some), twist=scatter.twist[some])
-    record = _Record(few, problem.variance[some], values[some], problem.base.full_torque)
-    start, share = _likeliest_start(record, spread)
+    beside = problem.predictor(at.names).twist_beside_sensors(at.parameters)
+    record = _Record(scatter, contacts, beside, problem.variance, values, problem.base.full_torque)
+    start, share = _likeliest_start(record.of_blocks(np.arange(len(residual)) % EVERY == 0), spread)
+    if record.cost(start) - 2 * np.log(share) >= _least_cost(at.weighting, values):
+        return problem
     likeliest = replace(scatter, start=start)
     weights = make_weights(problem.variance, likeliest, problem.base.full_torque)
-    if _least_cost(weights, values) - 2 * np.log(share) >= _least_cost(problem.weights, values):
-        return problem
-    return replace(problem, scatter=likeliest, weights=weights)
+    return replace(problem, scatter=likeliest, weights=weights, weights_cache=[])
 
 
 def _missing(problem: Problem, at: Fit, directions: Mapping[str, Sequence[Direction]]) -> Array:
-    """(n, k) N.m, what a fit without effects may lack, to first order: its own parameters, since what is missing has
-    moved them, and all candidates; of those that belong to single elements only the variant that gains most, since all
+    """(n, k) N.m, what a fit may lack, to first order: its own parameters, since what is missing has moved them, and
+    all candidates; of those that belong to single elements only the variant that gains most, since all
     of them together are the deviations of all elements."""
     basis = absorbing_basis(at.weighting, at.prediction.sensitivities, at.bounds.prior_deviation)
     residual = at.weighting.whiten(problem.torque - at.prediction.torque)
@@ -81,18 +87,29 @@ def _missing(problem: Problem, at: Fit, directions: Mapping[str, Sequence[Direct
 
 @dataclass(frozen=True)
 class _Record:
-    """n blocks of a record. scatter: of them; variance: (n,) (N.m)^2; values: (n, 1 + k) N.m, the residual and the
-    columns beside which it is explained; full_torque: N.m."""
+    """n blocks of a record. scatter: of them; contacts, beside: of a fit, the latter at all samples, as in
+    `ToleranceScatter`; variance: (n,) (N.m)^2; values: (n, 1 + k) N.m, the residual and the columns beside which it is
+    explained; full_torque: N.m."""
 
     scatter: Scatter
+    contacts: Contacts
+    beside: Array | None
     variance: Array
     values: Array
     full_torque: float
 
+    def of_blocks(self, some: NDArray[np.bool_]) -> _Record:
+        """Some of the blocks (n,)."""
+        scatter = replace(self.scatter, motion=self.scatter.motion.of_blocks(some), twist=self.scatter.twist[some])
+        contacts = Contacts(*(values[some] for values in self.contacts))
+        return replace(self, scatter=scatter, contacts=contacts, variance=self.variance[some], values=self.values[some])
+
     def cost(self, start: float) -> float:
         """-2 log likelihood of an individual with the first element at a position, rad."""
-        scatter = replace(self.scatter, start=start)
-        return _least_cost(make_weights(self.variance, scatter, self.full_torque), self.values)
+        twist, clearance, gain = self.contacts
+        covariance = replace(self.scatter, start=start).covariance_at(twist, clearance, self.beside)
+        weights = weighting_of_covariance(self.variance, covariance * gain * gain[:, None])
+        return _least_cost(weights.with_unknown_forms(self.full_torque), self.values)
 
 
 def _least_cost(weights: Weighting, values: Array) -> float:
