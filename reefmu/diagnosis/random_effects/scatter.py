@@ -82,10 +82,11 @@ class Scatter:
 
     def _moved(self, twist: Array, beside: Array | None) -> Scatter:
         """The scatter with the elements where the contacts have another twist (n,), rad: what effects add to the twist
-        between the contacts and the sensors moves no element along the profile."""
-        motion = self.motion
+        between the contacts and the sensors moves no element along the profile. Nor does another zero of the twist:
+        wherever it is, the position of the first element is that which the record shows."""
+        motion, other = self.motion, self.twist - twist
         within = 0.0 if beside is None else motion.beside_mean(beside)
-        ahead = (self.drive.ratio - 1) * ((self.twist - twist)[motion.block] - within)
+        ahead = (self.drive.ratio - 1) * ((other - other.mean())[motion.block] - within)
         motion = replace(motion, rotation=motion.rotation + ahead, twist=motion.twist + within)
         return replace(self, motion=motion, twist=twist)
 
