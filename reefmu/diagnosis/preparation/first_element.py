@@ -99,8 +99,9 @@ class _Record:
     full_torque: float
 
     def of_blocks(self, some: NDArray[np.bool_]) -> _Record:
-        """Some of the blocks (n,)."""
-        scatter = replace(self.scatter, motion=self.scatter.motion.of_blocks(some), twist=self.scatter.twist[some])
+        """Some of the blocks (n,), along which positions are exact."""
+        motion = self.scatter.motion.of_blocks(some)
+        scatter = replace(self.scatter, motion=motion, twist=self.scatter.twist[some], start_deviation=0.0)
         contacts = Contacts(*(values[some] for values in self.contacts))
         return replace(self, scatter=scatter, contacts=contacts, variance=self.variance[some], values=self.values[some])
 

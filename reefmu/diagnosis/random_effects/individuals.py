@@ -61,8 +61,7 @@ def _torques(what: _SomeDrives) -> Array:
     found = np.empty((len(what.seeds), len(scatter.twist)))
     planes = np.stack([r.single[:-1], r.single[1:]], axis=-1)
     for number, rng in enumerate(map(np.random.default_rng, what.seeds)):
-        anywhere, wide = rng.uniform(0, 2 * np.pi), place_deviations(drive, rng.uniform(*what.places))
-        start = anywhere if scatter.start is None else scatter.start
+        start, wide = _start(scatter, rng), place_deviations(drive, rng.uniform(*what.places))
         crank = rng.standard_normal(n)
         if drive.crank_deviation == "eccentric":
             crank = crank[np.arange(n) % rows]
@@ -82,6 +81,13 @@ def _torques(what: _SomeDrives) -> Array:
         of_parts = np.asarray(np.bincount(on.part, torque, parts), float)
         found[number] = scatter.motion.mean(of_parts) - mean
     return found
+
+
+def _start(scatter: Scatter, rng: np.random.Generator) -> float:
+    """rad, a position of the first element at crank angle 0."""
+    if scatter.start is None:
+        return rng.uniform(0, 2 * np.pi)
+    return rng.normal(scatter.start, scatter.start_deviation * 2 * np.pi / scatter.drive.elements)
 
 
 def _single(

@@ -29,7 +29,7 @@ def scatter() -> Scatter:
     trace = make_trace(rig.protocol(), drive.ratio)
     blocks = make_blocks(trace, 8)
     motion, twist = element_motion(drive, trace, blocks), blocks.mean(trace.smooth_twist)
-    return Scatter(drive, element_responses(drive), motion, twist, start=START)
+    return Scatter(drive, element_responses(drive), motion, twist, start=START, start_deviation=0.0)
 
 
 def elements_at(scatter: Scatter, start: float) -> tuple[SeatedElements, Array]:
