@@ -24,7 +24,8 @@ from ..estimation.problem import Problem, make_weights
 from ..estimation.score_test import Direction, absorbing_basis, eliminate, is_of_one_element, score_gains
 from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES, Weighting, weighting_of_covariance
 from ..forward.predictor import Contacts
-from ..random_effects.scatter import N_JOBS, Scatter
+from ..random_effects.element_motion import repeating_elements
+from ..random_effects.scatter import N_JOBS, NEAR_ORDERS, Scatter
 from ..random_effects.tolerance_scatter import Spread, in_turn
 
 N_POSITIONS = 12
@@ -64,11 +65,12 @@ def with_first_element(
     beside = problem.predictor(at.names).twist_beside_sensors(at.parameters)
     record = _Record(scatter, contacts, beside, problem.variance, values, problem.base.full_torque)
     start, share = _likeliest_start(record.of_blocks(np.arange(len(residual)) % EVERY == 0), spread)
-    if record.cost(start) - 2 * np.log(share) >= _least_cost(at.weighting, values):
+    there = record.weights(start)
+    if _least_cost(there, values) - 2 * np.log(share) >= _least_cost(at.weighting, values):
         return problem
     likeliest = replace(scatter, start=start)
-    weights = make_weights(problem.variance, likeliest, problem.base.full_torque)
-    return replace(problem, scatter=likeliest, weights=weights, weights_cache=[])
+    weights = make_weights(problem.variance, likeliest, problem.base.full_torque, spread)
+    return replace(problem, scatter=likeliest, weights=weights, weights_cache=[(contacts, there)])
 
 
 def _missing(problem: Problem, at: Fit, directions: Mapping[str, Sequence[Direction]]) -> Array:
@@ -102,18 +104,23 @@ class _Record:
     full_torque: float
 
     def of_blocks(self, some: NDArray[np.bool_]) -> _Record:
-        """Some of the blocks (n,), along which positions are exact."""
+        """Some of the blocks (n,), along which positions are exact and terms are of the first orders."""
         motion = self.scatter.motion.of_blocks(some)
-        scatter = replace(self.scatter, motion=motion, twist=self.scatter.twist[some], start_deviation=0.0)
+        scatter = replace(self.scatter, motion=motion, twist=self.scatter.twist[some])
+        scatter = replace(scatter, start_deviation=0.0, orders=NEAR_ORDERS)
         contacts = Contacts(*(values[some] for values in self.contacts))
         return replace(self, scatter=scatter, contacts=contacts, variance=self.variance[some], values=self.values[some])
 
     def cost(self, start: float) -> float:
         """-2 log likelihood of an individual with the first element at a position, rad."""
+        return _least_cost(self.weights(start), self.values)
+
+    def weights(self, start: float) -> Weighting:
+        """Weights of individuals with the first element at a position, rad."""
         twist, clearance, gain = self.contacts
         covariance = replace(self.scatter, start=start).covariance_at(twist, clearance, self.beside)
         weights = weighting_of_covariance(self.variance, covariance * gain * gain[:, None])
-        return _least_cost(weights.with_unknown_forms(self.full_torque), self.values)
+        return weights.with_unknown_forms(self.full_torque)
 
 
 def _least_cost(weights: Weighting, values: Array) -> float:
@@ -130,17 +137,21 @@ def _likeliest_start(record: _Record, spread: Spread) -> tuple[float, float]:
     them, the likelihood is that at the likeliest one times this share."""
     drive = record.scatter.drive
     distance = reach = 2 * np.pi / drive.elements
-    costs = _costs(record, [distance * k / N_POSITIONS for k in range(N_POSITIONS)], spread)
+    around = [distance * k / N_POSITIONS for k in range(N_POSITIONS)]
     steps = [distance / N_POSITIONS / 2**halving for halving in range(1, HALVINGS + 1)]
-    if drive.seats.elements < drive.seats.seats:
-        # Elements are spread evenly over more seats than there are, and meet other lobes if another one comes first.
-        reach, steps = 2 * np.pi, [distance, *steps]
-        likeliest = min(costs, key=lambda start: costs[start])
-        costs |= _costs(record, [likeliest + distance * k for k in range(STRIDE, drive.elements, STRIDE)], spread)
+    costs = _costs(record, around, spread)
+    if (of_row := repeating_elements(drive)) > 1:
+        # Between free seats the elements meet other lobes if another one comes first.
+        alike = of_row * drive.eccentrics
+        reach, steps = distance * alike, [distance, *steps]
+        others = [distance * k for k in range(STRIDE, alike, STRIDE)]
+        for further in (others, around[1:]):
+            likeliest = min(costs, key=lambda start: costs[start])
+            costs |= _costs(record, [likeliest + beside for beside in further], spread)
     for step in steps:
-        likeliest = min(costs, key=lambda start: costs[start])
-        costs |= _costs(record, [likeliest - step, likeliest + step], spread)
-    likeliest = min(costs, key=lambda start: costs[start])
+        likeliest = None
+        while likeliest != (likeliest := min(costs, key=lambda start: costs[start])):
+            costs |= _costs(record, [likeliest - step, likeliest + step], spread)
     return likeliest, min(1.0, np.sqrt(4 * np.pi / max(EVERY * _bend(costs, likeliest), 1e-300)) / reach)
 
 

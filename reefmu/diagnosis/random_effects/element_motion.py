@@ -170,6 +170,12 @@ def even_seats(drive: Drive) -> tuple[int, ...]:
     return tuple(round(k * row.seats / row.elements) for k in range(row.elements))
 
 
+def repeating_elements(drive: Drive) -> int:
+    """Number of elements of a row after which the gaps between their seats repeat."""
+    gaps = np.diff([*even_seats(drive), drive.seats.seats])
+    return next(k for k in range(1, len(gaps) + 1) if np.array_equal(gaps, np.roll(gaps, k)))
+
+
 def spread_starts(drive: Drive, count: int) -> tuple[float, ...]:
     """So many positions of the first element at crank angle 0, rad: evenly spaced over the distance of the elements,
     and each at another element's place on the turn."""
