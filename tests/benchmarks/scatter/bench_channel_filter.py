@@ -19,8 +19,8 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[3])]
 
 from reefmu.diagnosis.random_effects.element_motion import element_motion  # noqa: E402
 from reefmu.diagnosis.random_effects.scatter import Scatter  # noqa: E402
-from tests.benchmarks.scatter.catalogue_records import measured  # noqa: E402
-from tests.benchmarks.scatter.true_sets import TrueSet, left_in_fast_runs, true_set  # noqa: E402
+from tests.benchmarks.records.catalogue_records import measured  # noqa: E402
+from tests.benchmarks.records.true_sets import TrueSet, left_in_fast_runs, true_set  # noqa: E402
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from reefmu.diagnosis.estimation.score_test import absorbing_basis, linearise, s
 from reefmu.diagnosis.estimation.weighting import MIN_EIGENVALUE, Weighting  # noqa: E402
 from reefmu.diagnosis.random_effects.curve_columns import COMMON_SHARE, SCALE, curve_columns  # noqa: E402
 from stiffness_model.numerics.arrays import Array  # noqa: E402
-from tests.benchmarks.scatter.true_sets import TrueSet, true_set  # noqa: E402
+from tests.benchmarks.records.true_sets import TrueSet, true_set  # noqa: E402
 
 CHOICES = (
     (COMMON_SHARE, SCALE, MIN_EIGENVALUE),

@@ -22,8 +22,8 @@ from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
 from reefmu.diagnosis.estimation.score_test import absorbing_basis, linearise, score_gains  # noqa: E402
 from reefmu.diagnosis.random_effects.responses import OUTWARDS, PLACES, place_deviations, solved_responses  # noqa: E402
 from stiffness_model.numerics.arrays import Array  # noqa: E402
-from tests.benchmarks.scatter.catalogue_records import measured  # noqa: E402
-from tests.benchmarks.scatter.true_sets import true_set  # noqa: E402
+from tests.benchmarks.records.catalogue_records import measured  # noqa: E402
+from tests.benchmarks.records.true_sets import true_set  # noqa: E402
 
 CHOICES = (
     (PLACES, OUTWARDS),

@@ -22,8 +22,8 @@ from reefmu.diagnosis.preprocessing.noise import block_variances  # noqa: E402
 from reefmu.diagnosis.preprocessing.trace import make_trace  # noqa: E402
 from tests.benchmarks.probabilities.observed_records import second_record  # noqa: E402
 from tests.benchmarks.probabilities.rival_sets import true_fit  # noqa: E402
-from tests.benchmarks.scatter.catalogue_records import measured  # noqa: E402
-from tests.benchmarks.scatter.true_sets import left_in  # noqa: E402
+from tests.benchmarks.records.catalogue_records import measured  # noqa: E402
+from tests.benchmarks.records.true_sets import left_in  # noqa: E402
 
 AFFECTED = frozenset({"damping", "hysteresis", "load_dependent_hysteresis"})
 """Effects that depend on the rate or the path of the twist."""

@@ -23,7 +23,7 @@ from reefmu.diagnosis.estimation.problem import Problem  # noqa: E402
 from reefmu.diagnosis.estimation.weighting import Weighting  # noqa: E402
 from stiffness_model.numerics.arrays import Array  # noqa: E402
 from tests.benchmarks.probabilities.observed_records import analysed_second  # noqa: E402
-from tests.benchmarks.scatter.catalogue_records import measured  # noqa: E402
+from tests.benchmarks.records.catalogue_records import measured  # noqa: E402
 
 SHARES = (0.0, 0.0003, 0.0006, 0.001, 0.002, 0.003, 0.005)
 """Of full torque, that are tried."""
