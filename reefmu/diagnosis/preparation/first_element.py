@@ -22,7 +22,13 @@ from ...effects import find_effect
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem, make_weights
 from ..estimation.score_test import Direction, absorbing_basis, eliminate, is_of_one_element, score_gains
-from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES, Weighting, weighting_of_covariance
+from ..estimation.weighting import (
+    INDIVIDUAL_SIZE,
+    SCATTER_SIZES,
+    Weighting,
+    are_gains_alike,
+    weighting_of_covariance,
+)
 from ..forward.predictor import Contacts
 from ..random_effects.element_motion import repeating_elements
 from ..random_effects.scatter import N_JOBS, NEAR_ORDERS, Scatter
@@ -65,12 +71,14 @@ def with_first_element(
     beside = problem.predictor(at.names).twist_beside_sensors(at.parameters)
     record = _Record(scatter, contacts, beside, problem.variance, values, problem.base.full_torque)
     start, share = _likeliest_start(record.of_blocks(np.arange(len(residual)) % EVERY == 0), spread)
-    there = record.weights(start)
+    there = record.weights(start, spread)
     if _least_cost(there, values) - 2 * np.log(share) >= _least_cost(at.weighting, values):
         return problem
-    likeliest = replace(scatter, start=start)
-    weights = make_weights(problem.variance, likeliest, problem.base.full_torque, spread)
-    return replace(problem, scatter=likeliest, weights=weights, weights_cache=[(contacts, there)])
+    found = replace(problem, scatter=replace(scatter, start=start), weights=there, weights_cache=[])
+    if are_gains_alike(contacts.gain, np.ones(1)) and not found.are_new(contacts, ()):
+        return found
+    without_effects = make_weights(problem.variance, found.scatter, problem.base.full_torque, spread)
+    return replace(found, weights=without_effects, weights_cache=[(contacts, there)])
 
 
 def _missing(problem: Problem, at: Fit, directions: Mapping[str, Sequence[Direction]]) -> Array:
@@ -115,10 +123,10 @@ class _Record:
         """-2 log likelihood of an individual with the first element at a position, rad."""
         return _least_cost(self.weights(start), self.values)
 
-    def weights(self, start: float) -> Weighting:
+    def weights(self, start: float, spread: Spread = in_turn) -> Weighting:
         """Weights of individuals with the first element at a position, rad."""
         twist, clearance, gain = self.contacts
-        covariance = replace(self.scatter, start=start).covariance_at(twist, clearance, self.beside)
+        covariance = replace(self.scatter, start=start).covariance_at(twist, clearance, self.beside, spread)
         weights = weighting_of_covariance(self.variance, covariance * gain * gain[:, None])
         return weights.with_unknown_forms(self.full_torque)
 

@@ -15,7 +15,7 @@ from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.part_responses import part_responses
 from reefmu.diagnosis.random_effects.profile_steps import profile_steps
 from reefmu.diagnosis.random_effects.responses import PLACES, element_responses
-from reefmu.diagnosis.random_effects.scatter import Scatter
+from reefmu.diagnosis.random_effects.scatter import NEAR_ORDERS, Scatter
 from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
 
@@ -71,3 +71,23 @@ def test_steps_at_all_positions_average_to_those_of_any(scatter: Scatter) -> Non
     steps = profile_steps(scatter.drive, seated.parts, scatter.motion, average)
     expected = steps.T @ steps
     assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()
+
+
+def test_a_position_with_a_deviation_is_the_mean_of_exact_ones(scatter: Scatter) -> None:
+    """Terms of higher orders and products of elements and lobes count at the likeliest position alone."""
+    deviation = 0.1
+    nodes, weights = np.polynomial.hermite_e.hermegauss(3)
+    starts = START + deviation * 2 * np.pi / scatter.drive.elements * nodes
+    exact = [replace(scatter, start=float(start)).covariance_of_parts(scatter.twist)[0] for start in starts]
+    expected = np.average(exact, axis=0, weights=weights)
+    found, _ = replace(scatter, start_deviation=deviation).covariance_of_parts(scatter.twist)
+    assert np.abs(found - expected).max() < 0.01 * np.abs(expected).max()
+    assert np.abs(found - exact[1]).max() > 0.05 * np.abs(expected).max()
+
+
+def test_few_orders_are_most_of_a_covariance(scatter: Scatter) -> None:
+    whole, _ = scatter.covariance_of_parts(scatter.twist)
+    few, _ = replace(scatter, orders=NEAR_ORDERS).covariance_of_parts(scatter.twist)
+    share = few.diagonal() / whole.diagonal()
+    assert share.max() < 1
+    assert share.min() > 0.7

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
 from reefmu.diagnosis.random_effects.element_columns import SeatedElements
-from reefmu.diagnosis.random_effects.element_motion import element_motion, even_seats, spread_starts
+from reefmu.diagnosis.random_effects.element_motion import element_motion, even_seats, repeating_elements, spread_starts
 from reefmu.diagnosis.random_effects.part_responses import part_responses
 from reefmu.diagnosis.random_effects.responses import element_responses
+from stiffness_model import DoesNotFitWarning, load_drive
 from stiffness_model.rotation.element_positions import element_lobe_pairs
 from tests import diagnosis_rig as rig
 from tests.individual_records import seated_drive
@@ -25,6 +28,16 @@ def test_elements_meet_the_lobes_of_the_core(per_row: int) -> None:
     core = lobe[:: drive.eccentrics][: len(number)]
     found = -drive.orientation * ours[number] - turn
     assert np.array_equal((core - core[0]) % drive.lobes, (found - found[0]) % drive.lobes)
+
+
+@pytest.mark.parametrize(("seats", "per_row", "expected"), [(29, 29, 1), (29, 27, 27), (33, 27, 9), (33, 24, 24)])
+def test_gaps_between_seats_repeat(seats: int, per_row: int, expected: int) -> None:
+    """As often as seats and elements have a common factor, but not where halves are rounded to even seats: the places
+    of 24 elements on 33 are 1.375 seats apart."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DoesNotFitWarning)
+        drive = load_drive("drive_1", transmission_ratio=seats, lobes=seats + 1, elements=3 * per_row)
+    assert repeating_elements(drive) == expected
 
 
 @pytest.mark.parametrize("per_row", [29, 24])
