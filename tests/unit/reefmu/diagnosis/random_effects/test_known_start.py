@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +11,13 @@ import pytest
 from reefmu.diagnosis.estimation.weighting import weighting_of_covariance
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
 from reefmu.diagnosis.random_effects.element_columns import SeatedElements, average_torque
-from reefmu.diagnosis.random_effects.element_motion import element_motion
+from reefmu.diagnosis.random_effects.element_motion import element_motion, repeating_elements
 from reefmu.diagnosis.random_effects.individuals import simulate_individuals
 from reefmu.diagnosis.random_effects.part_responses import part_responses
 from reefmu.diagnosis.random_effects.profile_steps import profile_steps
 from reefmu.diagnosis.random_effects.responses import PLACES, element_responses
 from reefmu.diagnosis.random_effects.scatter import NEAR_ORDERS, Scatter
+from stiffness_model import DoesNotFitWarning, Drive, load_drive
 from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
 
@@ -24,8 +26,11 @@ START = 0.013
 
 @pytest.fixture(scope="module")
 def scatter() -> Scatter:
+    return scatter_of(rig.drive())
+
+
+def scatter_of(drive: Drive) -> Scatter:
     """Of individuals whose first element stands at `START`."""
-    drive = rig.drive()
     trace = make_trace(rig.protocol(), drive.ratio)
     blocks = make_blocks(trace, 8)
     motion, twist = element_motion(drive, trace, blocks), blocks.mean(trace.smooth_twist)
@@ -91,3 +96,19 @@ def test_few_orders_are_most_of_a_covariance(scatter: Scatter) -> None:
     share = few.diagonal() / whole.diagonal()
     assert share.max() < 1
     assert share.min() > 0.7
+
+
+def test_elements_are_alike_where_the_gaps_between_their_seats_repeat() -> None:
+    """27 elements on 33 seats repeat after a third of a turn."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DoesNotFitWarning)
+        drive = load_drive("drive_1", transmission_ratio=33, lobes=34, elements=81)
+    scatter = scatter_of(drive)
+    assert repeating_elements(drive) == 9
+
+    def covariance(thirds: float) -> Array:
+        return replace(scatter, start=START + thirds * 2 * np.pi / 3).covariance_of_parts(scatter.twist)[0]
+
+    first = covariance(0)
+    assert np.abs(covariance(1) - first).max() < 1e-6 * first.max()
+    assert np.abs(covariance(4 / 9) - first).max() > 1e-3 * first.max()
