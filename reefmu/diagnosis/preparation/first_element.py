@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +39,8 @@ about a tenth of that distance wide."""
 HALVINGS = 4
 """Times that the step between positions is halved about the likeliest. Chosen by judgement, down to 1 in 200 of the
 distance, by which -2 log likelihood changes by a few units."""
+PARTS = N_POSITIONS * 2**HALVINGS
+"""Parts of that distance between which positions are compared."""
 STRIDE = 3
 """Elements from one that is tried as the first to the next, where a row has free seats. Chosen by judgement: of
 individuals with 22 to 27 elements on 29 seats the next but two is still likelier than those farther away."""
@@ -143,28 +144,31 @@ def _least_cost(weights: Weighting, values: Array) -> float:
 def _likeliest_start(record: _Record, spread: Spread) -> tuple[float, float]:
     """Likeliest position of the first element, rad, and the share of all positions that is as likely: averaged over
     them, the likelihood is that at the likeliest one times this share."""
-    drive = record.scatter.drive
-    distance = reach = 2 * np.pi / drive.elements
-    around = [distance * k / N_POSITIONS for k in range(N_POSITIONS)]
-    steps = [distance / N_POSITIONS / 2**halving for halving in range(1, HALVINGS + 1)]
-    costs = _costs(record, around, spread)
+    drive, costs = record.scatter.drive, dict[int, float]()
+    part = 2 * np.pi / drive.elements / PARTS
+    around = range(0, PARTS, PARTS // N_POSITIONS)
+    steps = [2**k for k in reversed(range(HALVINGS))]
+
+    def likeliest(*more: int) -> int:
+        """That of all positions, by number of parts, that were looked at, after some more."""
+        new = [k for k in more if k not in costs]
+        costs.update(zip(new, _costs(record, [part * k for k in new], spread), strict=True))
+        return min(costs, key=lambda k: costs[k])
+
+    at, reach = likeliest(*around), PARTS
     if (of_row := repeating_elements(drive)) > 1:
         # Between free seats the elements meet other lobes if another one comes first.
-        alike = of_row * drive.eccentrics
-        reach, steps = distance * alike, [distance, *steps]
-        others = [distance * k for k in range(STRIDE, alike, STRIDE)]
-        for further in (others, around[1:]):
-            likeliest = min(costs, key=lambda start: costs[start])
-            costs |= _costs(record, [likeliest + beside for beside in further], spread)
+        reach, steps = of_row * drive.eccentrics * PARTS, [PARTS, *steps]
+        at = likeliest(*(at + k for k in range(0, reach, STRIDE * PARTS)))
+        at = likeliest(*(at + k for k in around))
     for step in steps:
-        likeliest = None
-        while likeliest != (likeliest := min(costs, key=lambda start: costs[start])):
-            costs |= _costs(record, [likeliest - step, likeliest + step], spread)
-    return likeliest, min(1.0, np.sqrt(4 * np.pi / max(EVERY * _bend(costs, likeliest), 1e-300)) / reach)
+        while at != (at := likeliest(at - step, at + step)):
+            pass
+    return part * at, min(1.0, np.sqrt(4 * np.pi / max(EVERY * _bend(costs, at), 1e-300)) / reach)
 
 
-def _bend(costs: Mapping[float, float], least: float) -> float:
-    """Second derivative of costs by position, 1/rad^2, at the least of them, by those to either side; 0 at an end."""
+def _bend(costs: Mapping[int, float], least: int) -> float:
+    """Second derivative of costs by position at the least of them, by those to either side; 0 at an end."""
     starts = sorted(costs)
     k = starts.index(least)
     if k in (0, len(starts) - 1):
@@ -173,11 +177,10 @@ def _bend(costs: Mapping[float, float], least: float) -> float:
     return 2 * (before + after) / (starts[k + 1] - starts[k - 1])
 
 
-def _costs(record: _Record, starts: Sequence[float], spread: Spread) -> dict[float, float]:
+def _costs(record: _Record, starts: Sequence[float], spread: Spread) -> list[float]:
     """-2 log likelihood of some positions, rad."""
-    shares = [starts[k::N_JOBS] for k in range(N_JOBS)]
-    found = spread(_costs_of_some, [(record, share) for share in shares])
-    return dict(chain.from_iterable(zip(*both, strict=True) for both in zip(shares, found, strict=True)))
+    found = list(spread(_costs_of_some, [(record, starts[k::N_JOBS]) for k in range(N_JOBS)]))
+    return [found[k % N_JOBS][k // N_JOBS] for k in range(len(starts))]
 
 
 def _costs_of_some(job: tuple[_Record, Sequence[float]]) -> list[float]:

@@ -149,7 +149,7 @@ class _Start:
 
     start: float
     share: float
-    factors: Sequence[float]
+    factors: tuple[float, ...]
     of_pairs: float
 
 
@@ -160,7 +160,7 @@ def _starts(scatter: Scatter) -> list[_Start]:
         anywhere = enumerate(spread_starts(scatter.drive, count))
         of_terms = [[_times(k, every, count) for every in TERMS_EVERY] for k in range(count)]
         pairs = [_times(k, PAIRS_EVERY, count) for k in range(count)]
-        return [_Start(at, 1 / count, [x**0.5 for x in of_terms[k]], pairs[k]) for k, at in anywhere]
+        return [_Start(at, 1 / count, tuple(x**0.5 for x in of_terms[k]), pairs[k]) for k, at in anywhere]
     distance, orders = 2 * np.pi / scatter.drive.elements, scatter.orders
     itself = _Start(scatter.start, 1.0, (1.0,) * orders, float(orders == MAX_ORDER))
     if not scatter.start_deviation:

@@ -68,10 +68,8 @@ def test_it_is_that_of_individuals_that_stand_there_and_of_no_others(scatter: Sc
 
 
 def test_steps_at_all_positions_average_to_those_of_any(scatter: Scatter) -> None:
-    distance, of_starts = 2 * np.pi / scatter.drive.elements, []
-    for k in range(48):
-        seated, average = elements_at(scatter, distance * (k + 0.5) / 48)
-        of_starts.append(seated.steps(average))
+    distance, (seated, average) = 2 * np.pi / scatter.drive.elements, elements_at(scatter, START)
+    of_starts = [replace(seated, start=distance * (k + 0.5) / 48).steps(average) for k in range(48)]
     found = np.mean([steps.T @ steps for steps in of_starts], axis=0)
     steps = profile_steps(scatter.drive, seated.parts, scatter.motion, average)
     expected = steps.T @ steps
