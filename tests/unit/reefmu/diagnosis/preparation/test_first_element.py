@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from reefmu.diagnosis.estimation.least_squares import by_cost
 from reefmu.diagnosis.estimation.problem import Problem
-from reefmu.diagnosis.estimation.search import base_fit, linearise_candidates
+from reefmu.diagnosis.estimation.search import base_fit, linearise_candidates, single_effects
 from reefmu.diagnosis.estimation.worker_pool import WorkerPool
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem, with_first_element
 from reefmu.diagnosis.preprocessing.trace import make_trace
@@ -18,6 +19,7 @@ from stiffness_model import Drive
 from stiffness_model.rotation import draw_individual
 from stiffness_model.rotation.element_torques import element_path
 from tests import diagnosis_rig as rig
+from tests.benchmarks.probabilities.observed_records import second_record
 from tests.individual_records import seated_drive
 
 
@@ -68,3 +70,18 @@ def test_a_mean_drive_has_no_first_element() -> None:
     problem = _problem(record, drive)
     assert not base_fit(problem).weighting.is_individual
     assert _with_first_element(problem) is problem
+
+
+@pytest.mark.slow
+def test_a_large_effect_hides_the_position_until_it_is_found() -> None:
+    """Wear beside a missing ball of an individual with free seats."""
+    record, drive, truth = second_record(5, 33)
+    assert "wear" in truth["names"]
+    problem = _problem(record, drive)
+    assert _with_first_element(problem) is problem
+    pool, base = WorkerPool(replace(problem, candidates=("wear", "missing_ball"))), base_fit(problem)
+    likeliest = min(single_effects(pool, base, linearise_candidates(pool, base)).all_fits, key=by_cost)
+    assert likeliest.names == ("wear",)
+    found = with_first_element(problem, likeliest, linearise_candidates(pool, likeliest))
+    assert isinstance(found.scatter, Scatter)
+    assert found.scatter.start is not None
