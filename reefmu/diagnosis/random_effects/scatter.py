@@ -143,7 +143,7 @@ class _Contacts:
 
 
 @dataclass(frozen=True)
-class _Start:
+class _WeightedStart:
     """start: rad, a position of the first element; share: of the covariance; factors: of the terms, as in
     `SeatedElements.columns`; of_pairs: of the products of elements and lobes, over the share."""
 
@@ -153,16 +153,16 @@ class _Start:
     of_pairs: float
 
 
-def _starts(scatter: Scatter) -> list[_Start]:
+def _starts(scatter: Scatter) -> list[_WeightedStart]:
     """The positions of the first element that a covariance is averaged over."""
     if scatter.start is None:
         count = scatter.starts
         anywhere = enumerate(spread_starts(scatter.drive, count))
         of_terms = [[_times(k, every, count) for every in TERMS_EVERY] for k in range(count)]
         pairs = [_times(k, PAIRS_EVERY, count) for k in range(count)]
-        return [_Start(at, 1 / count, tuple(x**0.5 for x in of_terms[k]), pairs[k]) for k, at in anywhere]
+        return [_WeightedStart(at, 1 / count, tuple(x**0.5 for x in of_terms[k]), pairs[k]) for k, at in anywhere]
     distance, orders = 2 * np.pi / scatter.drive.elements, scatter.orders
-    itself = _Start(scatter.start, 1.0, (1.0,) * orders, float(orders == MAX_ORDER))
+    itself = _WeightedStart(scatter.start, 1.0, (1.0,) * orders, float(orders == MAX_ORDER))
     if not scatter.start_deviation:
         return [itself]
     near = (scatter.start + scatter.start_deviation * distance * START_NODES).tolist()
@@ -170,7 +170,11 @@ def _starts(scatter: Scatter) -> list[_Start]:
     # What the positions beside it lack, the likeliest one counts for all.
     terms = itself.factors[:NEAR_ORDERS] + tuple(further * factor for factor in itself.factors[NEAR_ORDERS:])
     middle = replace(itself, share=START_WEIGHTS[1], factors=terms, of_pairs=itself.of_pairs / START_WEIGHTS[1])
-    return [_Start(near[0], START_WEIGHTS[0], few, 0.0), middle, _Start(near[2], START_WEIGHTS[2], few, 0.0)]
+    return [
+        _WeightedStart(near[0], START_WEIGHTS[0], few, 0.0),
+        middle,
+        _WeightedStart(near[2], START_WEIGHTS[2], few, 0.0),
+    ]
 
 
 def _times(number: int, every: int, count: int) -> float:
@@ -184,7 +188,7 @@ class _SomeStarts:
     these are averaged over further positions."""
 
     at: _Contacts
-    starts: Sequence[_Start]
+    starts: Sequence[_WeightedStart]
     average: Array | None
 
 
