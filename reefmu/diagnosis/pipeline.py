@@ -38,7 +38,7 @@ from .preprocessing.trace import make_trace
 from .probabilities.assessment import assess, record_isolability
 from .probabilities.goodness_of_fit import global_p
 from .probabilities.priors import NO_PRIORS, Priors
-from .report.assemble import assemble_diagnosis, base_refusal, insufficient_diagnosis
+from .report.assemble import assemble_diagnosis, base_refusal, insufficient_diagnosis, noise_refusal
 from .report.corrected_model import corrected_model, written_fit
 from .report.gap import measure_gap
 from .schema import Diagnosis
@@ -48,8 +48,6 @@ Progress = Callable[[str, float], None]
 
 MAX_EFFECTS = 3
 """Largest set of effects that is fitted; chosen by judgement, since every further effect multiplies the time."""
-MAX_NOISE_SHARE = 0.15
-"""Noise over the range of the torque above which a record allows no diagnosis; chosen by judgement."""
 
 
 def analyse(
@@ -106,7 +104,7 @@ def _analyse(
     losses = None if record.crank_torque is None else crank_losses(record, ratio)
     trace = make_trace(record, ratio)
     problem = prepare_problem(record, trace, source.base_curve(trace), spread_over(executor))
-    if too_noisy := _excessive_noise(problem):
+    if too_noisy := noise_refusal(problem):
         return _timed(insufficient_diagnosis(audited, [too_noisy]), started)
     report("single effects", 0.1)
     evidence, isolated = _single_effects(problem, executor)
@@ -152,8 +150,7 @@ def _several_effects(evidence: Evidence, pool: WorkerPool, report: Progress) -> 
 
 
 def _told_apart(problem: Problem, job: tuple[Array, Fit, Fit, Mapping[str, float]]) -> IsolabilityMatrix:
-    """`record_isolability` of a problem with individuals (m, n), N.m, for fits as `Problem.without_weights` sent
-    them."""
+    """`record_isolability` of a problem with individuals (m, n), N.m, for fits that `Problem.without_weights` sent."""
     individuals, base, chosen, sizes = job
     fits = problem.with_weights(base), problem.with_weights(chosen)
     return record_isolability(replace(problem, individuals=individuals), *fits, sizes)
@@ -171,9 +168,13 @@ def _single_effects(problem: Problem, executor: Executor | None) -> tuple[Eviden
     if not likeliest.names or not may_stand_anywhere(problem, likeliest):
         return found, isolated
     with open_pool(problem, executor) as pool:
-        beside = linearise_candidates(pool, likeliest)
-    seated = with_first_element(problem, likeliest, beside, spread)
-    return (found, isolated) if seated is problem else _fitted_alone(seated, traces, executor)
+        seated = with_first_element(problem, likeliest, linearise_candidates(pool, likeliest), spread)
+    if seated is not problem:
+        found, isolated = _fitted_alone(seated, traces, executor)
+        # Where a large effect moves the elements, the scatter without it leads fits astray: this one has its own.
+        again = seated.fit_from(likeliest.names, likeliest.parameters, seated.weights_of_contacts(likeliest, spread))
+        found = replace(found, search=found.search.with_single(again))
+    return found, isolated
 
 
 def _fitted_alone(problem: Problem, traces: Directions, executor: Executor | None) -> tuple[Evidence, Isolability]:
@@ -184,14 +185,6 @@ def _fitted_alone(problem: Problem, traces: Directions, executor: Executor | Non
         visible = tuple(name for name in problem.candidates if name not in isolated.invisible)
         problem = replace(problem, candidates=visible)
         return Evidence(problem, single_effects(replace(pool, problem=problem), base, traces)), isolated
-
-
-def _excessive_noise(problem: Problem) -> str:
-    """Why the record is too noisy; empty if it is not."""
-    span = float(np.ptp(np.quantile(problem.torque, [0.005, 0.995])))
-    if problem.noise.torque <= MAX_NOISE_SHARE * span:
-        return ""
-    return f"the noise, {problem.noise.torque:.3g} N.m, is too large for a torque that spans {span:.3g} N.m"
 
 
 def _with_torque_side(audited: Audit, record: Record, stated: Mapping[str, float]) -> Audit:

@@ -49,6 +49,12 @@ class Search:
         """The fits of every number of effects, that without effects first."""
         return [fit for _, fits in sorted(self.best.items()) for fit in fits]
 
+    def with_single(self, fit: Fit) -> Search:
+        """With another fit of a single effect, where it is better than that which is known."""
+        fits = {known.names: known for known in (fit, *self.best.get(1, []))}
+        fits[fit.names] = min(fit, fits[fit.names], key=by_cost)
+        return replace(self, best={**self.best, 1: sorted(fits.values(), key=by_cost)})
+
 
 def base_fit(problem: Problem) -> Fit:
     """The fit of the twist's zero and the base shape alone, best of a few starts of the zero."""

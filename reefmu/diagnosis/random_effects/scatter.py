@@ -41,8 +41,8 @@ positions for these orders change by less than 3 in 29 of 31 records and by 22 i
 products by less than 1."""
 START_DEVIATION = 0.03
 """Standard deviation, over the distance of the elements, of a position of the first one that a record shows. Chosen
-among 0, 0.015, 0.03 and 0.045 by the likelihood of 22 individuals: -2 log likelihood is 65 less in the mean than with
-0, at most 305 less and 6 more."""
+among 0, 0.015, 0.03 and 0.045 by the likelihood of 22 individuals
+(`tests/benchmarks/scatter/bench_first_element.py`): -2 log likelihood is 48 less in the mean than with 0."""
 NEAR_ORDERS = 2
 """Greatest order of the terms at positions that are compared, and at those beside the likeliest, where products of
 elements and lobes do not count either. Chosen by the likelihood of 17 individuals, which all terms beside the likeliest

@@ -33,6 +33,8 @@ REPEAT = (
     "repeats, and record what else changes"
 )
 """The test for something unnamed that shows in no coordinate."""
+MAX_NOISE_SHARE = 0.15
+"""Noise over the range of the torque above which a record allows no diagnosis; chosen by judgement."""
 MAX_PROPOSED = 4
 """Experiments for effects that a record cannot show, proposed at most, for a reader's sake."""
 MAX_PAIRS = 3
@@ -105,6 +107,14 @@ def assemble_diagnosis(
         compare_amplitudes(problem, chosen),
         shown_alternatives=conclusion.shown_alternatives,
     )
+
+
+def noise_refusal(problem: Problem) -> str:
+    """Why the record is too noisy; empty if it is not."""
+    span = float(np.ptp(np.quantile(problem.torque, [0.005, 0.995])))
+    if problem.noise.torque <= MAX_NOISE_SHARE * span:
+        return ""
+    return f"the noise, {problem.noise.torque:.3g} N.m, is too large for a torque that spans {span:.3g} N.m"
 
 
 def base_refusal(problem: Problem, chosen: Fit, gap: Gap) -> str:

@@ -9,7 +9,7 @@ import pytest
 
 from reefmu.diagnosis.estimation.least_squares import Fit, FitOptions
 from reefmu.diagnosis.estimation.problem import Problem
-from reefmu.diagnosis.estimation.search import base_fit, refine
+from reefmu.diagnosis.estimation.search import Search, base_fit, refine
 from reefmu.diagnosis.estimation.worker_pool import WorkerPool
 from tests.individual_records import problem_of_individual
 
@@ -35,3 +35,15 @@ def test_sets_of_the_same_contacts_share_one_scatter_of_their_own(problem: Probl
     np.testing.assert_array_equal(contacts.clearance, moved.prediction.contacts.clearance)
     anew = replace(problem, weights_cache=[]).weights_of_contacts(moved)
     np.testing.assert_array_equal(weights.basis, anew.basis)
+
+
+def test_another_fit_of_a_single_effect_counts_where_it_is_better(problem: Problem) -> None:
+    nothing, known = base_fit(problem), at_clearance(problem, 1e-6)
+    search = Search(nothing, {0: [nothing]}).with_single(known)
+    assert search.best[1][0] is known
+    better, worse = replace(known, cost=known.cost - 1), replace(known, cost=known.cost + 1)
+    assert search.with_single(worse).best[1][0] is known
+    assert search.with_single(better).best[1][0] is better
+    other = replace(worse, names=("wear",))
+    first, second = search.with_single(other).best[1]
+    assert (first is known, second is other) == (True, True)
