@@ -7,7 +7,7 @@ overdispersion (McCullagh and Nelder, Generalized Linear Models, 1989, section 4
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,8 @@ from stiffness_model.numerics.arrays import Array
 from ...effects import find_effect
 from .least_squares import Fit
 from .problem import Problem
-from .score_test import amplitudes
+from .score_test import amplitudes, eliminate
+from .weighting import Weighting
 
 MAX_SEGMENT_BLOCKS = 60
 """Greatest length of a segment in blocks. Chosen by judgement: short against the whole record, so that a local residual
@@ -27,6 +28,18 @@ N_SLOW_MODES = 6
 """Lowest cosine modes of a segment in which slow noise shows. Chosen by judgement: a tenth of a full segment."""
 CHI_SQUARE_MEDIAN = 0.4549
 """Median of chi-square with one degree of freedom."""
+
+
+def costs_by_size(weights: Weighting, values: Array, sizes: Sequence[float]) -> list[float]:
+    """-2 log likelihood of a residual beside free columns, under every size of the scatter.
+
+    values: (n, 1 + k) N.m, the residual and the columns.
+    """
+    products = zip(weights.products(values, sizes), sizes, strict=True)
+    free = values.shape[1] - 1
+    return [
+        float(eliminate(of_size, 1, free)[0, 0]) + weights.with_size(size).log_determinant for of_size, size in products
+    ]
 
 
 def remainder(problem: Problem, fit: Fit) -> float:

@@ -13,7 +13,8 @@ from stiffness_model.numerics.arrays import Array
 from ...effects import find_effect
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem
-from ..estimation.score_test import eliminate, is_of_one_element, linearise
+from ..estimation.residuals import costs_by_size
+from ..estimation.score_test import is_of_one_element, linearise
 from ..estimation.weighting import INDIVIDUAL_SIZE, SCATTER_SIZES, weighting_of_covariance
 from ..preprocessing.trace import Blocks, Trace
 from ..random_effects.element_motion import element_motion
@@ -107,11 +108,7 @@ class _Turning:
         weights = weighting_of_covariance(self.variance, some.covariance_at(some.twist, spread=spread))
         weights = weights.with_unknown_forms(self.full_torque)
         values = np.concatenate([self.residual[:, None], self.free], axis=1)
-        products = zip(weights.products(values, SCATTER_SIZES), SCATTER_SIZES, strict=True)
-        return [
-            float(eliminate(of_size, 1, self.free.shape[1])[0, 0]) + weights.with_size(size).log_determinant
-            for of_size, size in products
-        ]
+        return costs_by_size(weights, values, SCATTER_SIZES)
 
 
 def _least_costs(job: tuple[_Turning, Sequence[float]]) -> list[float]:

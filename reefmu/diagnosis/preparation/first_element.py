@@ -20,7 +20,8 @@ from stiffness_model.numerics.arrays import Array
 from ...effects import find_effect
 from ..estimation.least_squares import Fit
 from ..estimation.problem import Problem, make_weights
-from ..estimation.score_test import Direction, absorbing_basis, eliminate, is_of_one_element, score_gains
+from ..estimation.residuals import costs_by_size
+from ..estimation.score_test import Direction, absorbing_basis, is_of_one_element, score_gains
 from ..estimation.weighting import (
     INDIVIDUAL_SIZE,
     SCATTER_SIZES,
@@ -84,8 +85,8 @@ def with_first_element(
 
 def _missing(problem: Problem, at: Fit, directions: Mapping[str, Sequence[Direction]]) -> Array:
     """(n, k) N.m, what a fit may lack, to first order: its own parameters, since what is missing has moved them, and
-    all candidates; of those that belong to single elements only the variant that gains most, since all
-    of them together are the deviations of all elements."""
+    all candidates; of those that belong to single elements only the variant that gains most, since all of them together
+    are the deviations of all elements."""
     basis = absorbing_basis(at.weighting, at.prediction.sensitivities, at.bounds.prior_deviation)
     residual = at.weighting.whiten(problem.torque - at.prediction.torque)
     residual = residual - basis @ (basis.T @ residual)
@@ -134,11 +135,7 @@ class _Record:
 
 def _least_cost(weights: Weighting, values: Array) -> float:
     """Least -2 log likelihood of a residual beside free columns, `_Record.values`, over the sizes of the scatter."""
-    products = zip(weights.products(values, SIZES), SIZES, strict=True)
-    return min(
-        float(eliminate(of_size, 1, values.shape[1] - 1)[0, 0]) + weights.with_size(size).log_determinant
-        for of_size, size in products
-    )
+    return min(costs_by_size(weights, values, SIZES))
 
 
 def _likeliest_start(record: _Record, spread: Spread) -> tuple[float, float]:
@@ -179,7 +176,8 @@ def _bend(costs: Mapping[int, float], least: int) -> float:
 
 def _costs(record: _Record, starts: Sequence[float], spread: Spread) -> list[float]:
     """-2 log likelihood of some positions, rad."""
-    found = list(spread(_costs_of_some, [(record, starts[k::N_JOBS]) for k in range(N_JOBS)]))
+    jobs = [(record, starts[k::N_JOBS]) for k in range(min(N_JOBS, len(starts)))]
+    found = list(spread(_costs_of_some, jobs))
     return [found[k % N_JOBS][k // N_JOBS] for k in range(len(starts))]
 
 
