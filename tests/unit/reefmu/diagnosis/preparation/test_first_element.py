@@ -55,7 +55,7 @@ def test_the_position_is_that_of_the_individual(per_row: int) -> None:
     assert isinstance(found.scatter, Scatter)
     assert found.scatter.start is not None
     beside = (found.scatter.start - start + distance / 2) % distance - distance / 2
-    assert abs(beside) < 0.03 * distance
+    assert abs(beside) < 0.01 * distance
     assert base_fit(found).cost < base_fit(problem).cost - 50
 
 
