@@ -139,9 +139,9 @@ def spread_over(executor: Executor | None) -> Spread:
         return in_turn
 
     def spread(function: Callable[[Job], Result], jobs: Iterable[Job], /) -> Iterator[Result]:
-        first, *others = jobs
-        elsewhere = executor.map(function, others)
-        return chain([function(first)], elsewhere)
+        listed = list(jobs)
+        elsewhere = executor.map(function, listed[1:])
+        return chain([function(job) for job in listed[:1]], elsewhere)
 
     return spread
 

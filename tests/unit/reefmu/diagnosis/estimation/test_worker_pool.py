@@ -51,6 +51,12 @@ def test_this_process_does_the_first_job_and_the_others_do_the_rest() -> None:
     assert [*spread_over(None)(_process_of, [3, 1])] == [(3, os.getpid()), (1, os.getpid())]
 
 
+@pytest.mark.parametrize("n", [0, 1, 2, 5])
+def test_any_number_of_jobs_is_shared(n: int) -> None:
+    with ProcessPoolExecutor(1) as pool:
+        assert [*spread_over(pool)(abs, range(-n, 0))] == [*spread_over(None)(abs, range(-n, 0))] == [*range(n, 0, -1)]
+
+
 def _process_of(job: int) -> tuple[int, int]:
     return job, os.getpid()
 
