@@ -36,6 +36,12 @@ class ElasticTorque(Protocol):
         ...
 
 
+def slope_by_clearance(curve: ElasticTorque, twist: Array, clearance: Array) -> Array:
+    """(k,) N.m/m, derivative by the clearance of a curve without shape parameters, at twists (k,), rad, and clearances
+    (k,), m."""
+    return np.asarray(curve.evaluate(twist, clearance, np.zeros(0))[2])
+
+
 @dataclass(frozen=True)
 class SplineTable:
     """Uniform cubic B-splines over two axes, extrapolated as `stiffness_model.numerics.bspline` does.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from ..estimation.problem import SEARCH_BLOCKS, Problem, make_weights, search_bl
 from ..estimation.score_test import amplitude_beside_alike, linearise, rank_directions
 from ..estimation.search import MIN_GAIN, base_fit
 from ..forward.base_curve import BaseCurve
+from ..forward.elastic import slope_by_clearance
 from ..forward.predictor import Predictor
 from ..preprocessing.cycle_scatter import estimate_cycle_scatter
 from ..preprocessing.cycles import find_cycles
@@ -143,7 +145,8 @@ def _with_scatter(problem: Problem, without_effects: Fit, spread: Spread, time_c
         return replace(problem, scatter=scatter, weights=weights, individuals=individuals)
     if base.drive is None:
         return problem
-    scatter = Scatter(base.drive, element_responses(base.drive), element_motion(base.drive, trace, blocks), twist)
+    motion, slope = element_motion(base.drive, trace, blocks), partial(slope_by_clearance, base.elastic)
+    scatter = Scatter(base.drive, element_responses(base.drive), motion, twist, slope)
     time_constant = channel_time_constant(problem, scatter, without_effects, spread, time_constants)
     if time_constant > 0:
         motion = element_motion(base.drive, trace, blocks, time_constant)

@@ -92,9 +92,13 @@ class SeatedElements:
         beside = alone * self._elements.position / self.drive.usable_limit
         return np.stack([self._by_block(alone), self._by_block(beside)]) - average
 
+    @property
+    def together(self) -> Array:
+        """(n,) N.m, what one standard deviation of the clearance of all elements at once does in the mean."""
+        return self._by_block(self._response(term(1, 0)))
+
     def of_pairs(self) -> PairColumns:
-        """Columns of what products of the deviations of an element and of the lobe that it meets do: random effects of
-        every pair."""
+        """Columns of products of deviations of an element and of the lobe it meets: random effects of every pair."""
         shares = [1 - self._of_elements(o) - self._of_lobes(o) - self._of_cranks(o) for o in TERMS]
         terms = [share**0.5 * self._response(term(*o)) for share, o in zip(shares, TERMS, strict=True) if share > 0]
         on, counted = self._elements, [of_term for of_term in terms if self._counts(1.0, of_term)]

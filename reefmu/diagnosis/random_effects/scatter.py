@@ -29,7 +29,7 @@ from .element_motion import ElementMotion, spread_starts
 from .part_responses import PartResponses, part_responses
 from .profile_steps import profile_steps
 from .responses import MAX_ORDER, ElementResponses
-from .tolerance_scatter import Spread, in_turn
+from .tolerance_scatter import ClearanceSlope, Spread, in_turn
 
 N_STARTS = 12
 """Positions of the first element over which the covariance is averaged. Chosen by the likelihood of 58 records of
@@ -58,7 +58,8 @@ NEIGHBOURS = 128
 @dataclass(frozen=True)
 class Scatter:
     """The scatter along one record; motion: of the elements where the contacts have the twist (n,), rad, of a first
-    estimate, by block; starts: number of positions of the first element that are averaged over; start: rad, its
+    estimate, by block; by_clearance: of the base curve, which gives what the mean clearance does, None for that of the
+    columns; starts: number of positions of the first element that are averaged over; start: rad, its
     position at crank angle 0 where the record shows it, None where it does not; start_deviation: standard deviation of
     that position, over the distance of the elements; orders: greatest order of the terms at that position, beside fewer
     than all without products of elements and lobes; time_constant: s, of the filter of all channels before which the
@@ -68,6 +69,7 @@ class Scatter:
     responses: ElementResponses
     motion: ElementMotion
     twist: Array
+    by_clearance: ClearanceSlope | None = None
     starts: int = N_STARTS
     start: float | None = None
     start_deviation: float = START_DEVIATION
@@ -92,10 +94,12 @@ class Scatter:
         at = _Contacts(self, np.broadcast_to(np.asarray(clearance, float), twist.shape)[self.motion.block])
         average = average_torque(self.drive, self.responses, self.motion, twist, at.clearance)
         starts, anywhere = _starts(self), self.start is None
-        jobs = [
-            _SomeStarts(at, starts[k::N_JOBS], None if anywhere else average) for k in range(min(N_JOBS, len(starts)))
-        ]
+        about = None if anywhere else average
+        jobs = [_SomeStarts(at, starts[k::N_JOBS], about) for k in range(min(N_JOBS, len(starts)))]
         found = reduce(operator.iadd, spread(_products, jobs))
+        if self.by_clearance is not None:
+            slope = self.motion.mean(self.by_clearance(self.motion.twist_from(twist), at.clearance))
+            add_products(found, slope[None], self.mean_clearance_deviation**2)
         if anywhere:
             add_products(found, profile_steps(self.drive, at.responses, self.motion, average), 1.0)
         mirror_lower_triangle(found)
@@ -170,11 +174,8 @@ def _starts(scatter: Scatter) -> list[_WeightedStart]:
     # What the positions beside it lack, the likeliest one counts for all.
     terms = itself.factors[:NEAR_ORDERS] + tuple(further * factor for factor in itself.factors[NEAR_ORDERS:])
     middle = replace(itself, share=START_WEIGHTS[1], factors=terms, of_pairs=itself.of_pairs / START_WEIGHTS[1])
-    return [
-        _WeightedStart(near[0], START_WEIGHTS[0], few, 0.0),
-        middle,
-        _WeightedStart(near[2], START_WEIGHTS[2], few, 0.0),
-    ]
+    before, after = (_WeightedStart(near[k], START_WEIGHTS[k], few, 0.0) for k in (0, 2))
+    return [before, middle, after]
 
 
 def _times(number: int, every: int, count: int) -> float:
@@ -196,9 +197,11 @@ def _products(what: _SomeStarts) -> Array:
     """(n, n) (N.m)^2, lower triangle of what some starts contribute to the covariance."""
     of, count = what.at.scatter, len(what.at.scatter.twist)
     found = np.zeros((count, count), order="F")
+    of_mean = 0.0 if of.by_clearance is None else (of.mean_clearance_deviation / of.clearance_deviation) ** 2
     for one in what.starts:
         elements = SeatedElements(of.drive, of.responses, of.motion, what.at.responses, one.start)
         add_products(found, elements.columns(one.factors), one.share)
+        add_products(found, elements.together[None], -one.share * of_mean)
         if what.average is not None:
             add_products(found, elements.steps(what.average), one.share)
         if one.of_pairs:

@@ -9,6 +9,8 @@ from stiffness_model.numerics.arrays import Array
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
+ClearanceSlope = Callable[[Array, Array], Array]
+"""Derivative (k,), N.m/m, of a base curve by the clearance, at twists (k,), rad, and clearances (k,), m."""
 
 
 class Spread(Protocol):

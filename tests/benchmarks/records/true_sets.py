@@ -3,6 +3,7 @@ them."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,11 +25,12 @@ FAST = 10.0
 
 @dataclass(frozen=True)
 class TrueSet:
-    """problem: of a record; scatter: of its drawing; fit: of its true set of effects."""
+    """problem: of a record; scatter: of its drawing; fit: of its true set of effects; true: parameters of these, SI."""
 
     problem: Problem
     scatter: Scatter
     fit: Fit
+    true: Mapping[str, Mapping[str, float]]
 
     def weights(self, covariance: Array, least: float = MIN_EIGENVALUE) -> Weighting:
         """Those of a covariance (n, n), (N.m)^2, of the drawing's contacts, at its likeliest size; least: see
@@ -57,7 +59,8 @@ def true_set(number: int, seed: int) -> TrueSet | None:
     problem = prepare_problem(record, trace, source.base_curve(trace))
     if set(truth["names"]) - set(problem.candidates) or not isinstance(problem.scatter, Scatter):
         return None
-    return TrueSet(problem, problem.scatter, true_fit(problem, tuple(truth["names"]), truth["parameters"]))
+    true = truth["parameters"]
+    return TrueSet(problem, problem.scatter, true_fit(problem, tuple(truth["names"]), true), true)
 
 
 def left_in_fast_runs(problem: Problem, fit: Fit) -> float:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from reefmu.diagnosis.estimation.weighting import weighting_of_covariance
+from reefmu.diagnosis.forward.base_curve import drawing_base
+from reefmu.diagnosis.forward.elastic import slope_by_clearance
 from reefmu.diagnosis.preprocessing.trace import make_blocks, make_trace
 from reefmu.diagnosis.random_effects.element_columns import SeatedElements, average_torque
 from reefmu.diagnosis.random_effects.element_motion import element_motion, repeating_elements
@@ -17,6 +20,7 @@ from reefmu.diagnosis.random_effects.part_responses import part_responses
 from reefmu.diagnosis.random_effects.profile_steps import profile_steps
 from reefmu.diagnosis.random_effects.responses import MAX_ORDER, PLACES, element_responses
 from reefmu.diagnosis.random_effects.scatter import NEAR_ORDERS, Scatter
+from reefmu.model.contacts.tables import cached_lookup
 from stiffness_model import DoesNotFitWarning, Drive, load_drive
 from stiffness_model.numerics.arrays import Array
 from tests import diagnosis_rig as rig
@@ -65,6 +69,24 @@ def test_it_is_that_of_individuals_that_stand_there_and_of_no_others(scatter: Sc
     assert whitened_squares(scatter, beside) > 2
     averaged = replace(scatter, start=None)
     assert whitened_squares(averaged, beside) == pytest.approx(whitened_squares(averaged, there), abs=0.1)
+
+
+@pytest.mark.parametrize("start", [START, None])
+def test_no_record_tells_a_clearance_from_the_mean_of_an_individual(scatter: Scatter, start: float | None) -> None:
+    """However small the noise, a clearance is known no better than the mean one of individuals deviates; by the columns
+    of single elements it would be known twice as well at least."""
+    slope = partial(slope_by_clearance, drawing_base(scatter.drive, cached_lookup(scatter.drive)).elastic)
+    of_parts = scatter.motion.twist_from(scatter.twist)
+    by_clearance = scatter.motion.mean(slope(of_parts, np.zeros_like(of_parts)))
+
+    def error(scatter: Scatter) -> float:
+        covariance = scatter.covariance_at(scatter.twist)
+        weights = weighting_of_covariance(np.full(len(covariance), 1e-4), covariance)
+        return float(1 / np.linalg.norm(weights.whiten(by_clearance)) / scatter.mean_clearance_deviation)
+
+    anywhere = replace(scatter, start=start)
+    assert 0.99 < error(replace(anywhere, by_clearance=slope)) < 1.5
+    assert error(anywhere) < 0.5
 
 
 def test_steps_at_all_positions_average_to_those_of_any(scatter: Scatter) -> None:

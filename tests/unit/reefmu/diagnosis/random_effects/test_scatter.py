@@ -91,6 +91,13 @@ def test_the_covariance_is_the_mean_product_of_the_columns_of_all_starts(scatter
     assert of_pairs.max() > 1e-4 * expected.max()
     steps = profile_steps(drive, seen, motion, average)
     expected += of_pairs + steps.T @ steps
+    of_parts, _ = replace(scatter, by_clearance=None).covariance_of_parts(scatter.twist)
+    np.testing.assert_allclose(of_parts, expected, atol=1e-12 * expected.max())
+    # What the mean of all clearances does the base curve knows better than the columns.
+    assert scatter.by_clearance is not None
+    by_curve = motion.mean(scatter.by_clearance(motion.twist_from(scatter.twist), at[-1]))
+    by_columns = _mean_product([one.together[None] / responses.deviation for one in seated])
+    expected += scatter.mean_clearance_deviation**2 * (np.outer(by_curve, by_curve) - by_columns)
     of_parts, torque = scatter.covariance_of_parts(scatter.twist)
     np.testing.assert_allclose(of_parts, expected, atol=1e-12 * expected.max())
     np.testing.assert_array_equal(torque, average[0])
