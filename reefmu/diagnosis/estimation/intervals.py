@@ -106,9 +106,14 @@ def one_sided_limit(fit: Fit, index: int, error: float, bound: str) -> float:
 
 
 def standard_errors(problem: Problem, fit: Fit) -> Array:
-    """(k,) standard errors of the fitted variables, the greater of curvature and sandwich estimates."""
-    scale = np.sqrt(np.maximum(np.diag(fit.curvature), 1e-300))
-    correlation = fit.curvature / scale / scale[:, None]
+    """(k,) standard errors of the fitted variables, the greater of curvature and sandwich estimates.
+
+    The curvature is that for an individual whose parts deviate as the drawing says: the size at which its scatter is
+    likeliest follows from ripples, and says little of how far a whole drive deviates.
+    """
+    curvature = _as_drawn(fit) if fit.weighting.is_individual else fit.curvature
+    scale = np.sqrt(np.maximum(np.diag(curvature), 1e-300))
+    correlation = curvature / scale / scale[:, None]
     inverse = np.linalg.pinv(correlation + 1e-10 * np.eye(len(scale)), hermitian=True)
     misfit = max(1.0, fit.chi_square / problem.expected_chi_square(fit.weighting))
     by_curvature = np.maximum(np.diag(inverse), 0.0) * misfit
@@ -119,6 +124,13 @@ def standard_errors(problem: Problem, fit: Fit) -> Array:
     count = len(sums)
     sandwich = inverse @ (sums.T @ sums) @ inverse * count / max(count - len(scale), 1)
     return np.sqrt(np.maximum(by_curvature, np.diag(sandwich))) / scale
+
+
+def _as_drawn(fit: Fit) -> Array:
+    """(k, k), the curvature of a fit with the scatter at the size of the drawing, 1."""
+    slope = fit.bounds.slope(fit.parameters)
+    jacobian = fit.weighting.with_size(1.0).project(fit.prediction.sensitivities * slope)
+    return jacobian.inner(jacobian) + np.diag((slope / fit.bounds.prior_deviation) ** 2)
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from reefmu.diagnosis.forward.base_curve import power_base
 from reefmu.diagnosis.preparation import prepare_problem
 from reefmu.diagnosis.preprocessing.trace import make_trace
 from stiffness_model.numerics.arrays import Array
+from tests.individual_records import problem_of_individual
 from tests.unit.reefmu.diagnosis.preprocessing.test_cycle_scatter import ramps
 
 
@@ -75,3 +76,16 @@ def test_intervals_hold_the_truth() -> None:
         alone.append(error < stdtrit(by_cycles.freedom[at], 0.975) * by_cycles.standard_error[at] * scale)
     assert np.mean(hits) > 0.9
     assert np.mean(alone) > 0.8
+
+
+def test_a_clearance_is_known_no_better_than_the_mean_one_of_individuals_deviates() -> None:
+    """Also of a drive whose places do not deviate, so that its scatter is likeliest at three quarters of that of the
+    drawing."""
+    problem = problem_of_individual(29)
+    fit = problem.fit_from(("preload",), np.append(base_fit(problem).parameters, 1e-7))
+    assert problem.scatter is not None
+    assert fit.weighting.is_individual
+    assert fit.weighting.size == 0.75
+    at = problem.layout(fit.names).effects["preload"].start
+    error = standard_errors(problem, fit)[at] * float(fit.bounds.scale[at])
+    assert 0.98 < error / problem.scatter.mean_clearance_deviation < 1.3
