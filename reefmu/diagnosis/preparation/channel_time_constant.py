@@ -28,9 +28,6 @@ the true one, and may have lower ones."""
 FEW_STARTS = 2
 """Positions of the first element by which they are compared. With 12, by every second block, the costs of six simulated
 individuals differ by up to 100, and the likeliest by at most 0.01 ms but for one from which a ball is missing (0.1)."""
-EVERY = 2
-"""One of so many blocks is looked at. Of 11 simulated individuals, whose time constant is 0.5 ms, the likeliest one is
-off by 0.02 ms in the mean, and by 0.07 ms at most; by all blocks by as much, and by 0.14 ms, in 2.5 times the time."""
 LEAST_TURN = 1.0
 """rad, of the crank, from which a run shows elements that pass; chosen by judgement, the width of a profile."""
 
@@ -51,7 +48,6 @@ def channel_time_constant(
     turns = np.isin(run, [r for r in np.unique(run) if np.ptp(trace.crank[trace.run == r]) > LEAST_TURN]) & (speed > 0)
     if not turns.any() or speed[turns].max() * tried[-1] < 2 * np.pi / drive.elements / 10:
         return 0.0
-    turns = turns & (np.arange(len(turns)) % EVERY == 0)
     of_runs = (run[turns, None] == np.unique(run[turns])).astype(float)
     free = np.concatenate([of_runs, _missing(problem, without_effects)[turns]], axis=1)
     residual = problem.torque[turns] - without_effects.prediction.torque[turns]
