@@ -13,13 +13,15 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
+from numpy.typing import NDArray
 
 from stiffness_model.numerics.arrays import Array
 
 from ...effects import find_effect
 from ..estimation.least_squares import Fit, is_logarithmic
-from ..estimation.problem import Problem
+from ..estimation.problem import Problem, make_weights
 from ..estimation.score_test import absorbing_basis, amplitudes
+from ..estimation.weighting import Weighting
 from .coordinates import over_range, speed_functions, wave
 
 LAW_ERROR = 0.05
@@ -65,26 +67,32 @@ def beyond_law_errors(problem: Problem, fit: Fit, residual: Array, errors: Array
 def within_law_errors(problem: Problem, fit: Fit) -> frozenset[str]:
     """The effects of a fit that may be the error of the law of a larger one of their kind, which absorbs its misfit.
 
-    What the record shows of them beside the base curve and the larger effect has at most two standard deviations of
-    that error: two effects that nearly cancel each other are larger than what they are in all.
+    Such an error is small beside the larger effect both as a torque and by what shows of it beside the scatter of
+    individuals, in which steady torque hides: a preload is no error of a clearance by temperature that is smaller, and
+    wear none of a backlash that shows less.
     """
     groups = [{*find_effect(name).identification.confounding_groups} for name in fit.names]
     alike = [(k, other) for k, own in enumerate(groups) for other, its in enumerate(groups) if k != other and own & its]
     if not alike:
         return frozenset()
+    noise = make_weights(problem.variance, None, problem.base.full_torque)
+    may_be = _may_be_errors(problem, fit, noise) & _may_be_errors(problem, fit, fit.weighting)
+    return frozenset(fit.names[k] for k, other in alike if may_be[k, other])
+
+
+def _may_be_errors(problem: Problem, fit: Fit, weights: Weighting) -> NDArray[np.bool_]:
+    """(e, e), whether an effect of a fit has, beside the base curve and another one, at most two standard deviations of
+    the error of that one's law, under some weights; two effects that nearly cancel each other are larger than what they
+    are in all."""
     n_base = problem.layout(()).n_base
     sensitivities, deviations = fit.prediction.sensitivities[:, :n_base], fit.bounds.prior_deviation[:n_base]
-    basis = absorbing_basis(fit.weighting, sensitivities, deviations)
-    white = fit.weighting.whiten(_effect_torques(problem, fit))
+    basis = absorbing_basis(weights, sensitivities, deviations)
+    white = weights.whiten(_effect_torques(problem, fit))
     shown = white - basis @ (basis.T @ white)
     products = shown.T @ shown
     squares = np.diag(products)
     beside = squares[:, None] - products**2 / np.maximum(squares, 1e-300)
-    return frozenset(
-        fit.names[k]
-        for k, other in alike
-        if squares[k] <= squares[other] and beside[k, other] < (2 * LAW_ERROR) ** 2 * squares[other]
-    )
+    return (squares[:, None] <= squares) & (beside < (2 * LAW_ERROR) ** 2 * squares)
 
 
 def _effect_torques(problem: Problem, fit: Fit) -> Array:

@@ -9,8 +9,10 @@ import pytest
 
 from reefmu.diagnosis.estimation.least_squares import FitOptions
 from reefmu.diagnosis.estimation.residuals import torque_without
+from reefmu.diagnosis.estimation.search import base_fit
 from reefmu.diagnosis.inference.law_errors import LAW_ERROR, SPREAD, beyond_law_errors, law_columns, within_law_errors
 from reefmu.diagnosis.inference.nonparametric import fit_terms
+from tests.individual_records import problem_of_individual
 from tests.unit.reefmu.diagnosis.probabilities.conftest import Fitted, fitted
 
 __all__ = ["fitted"]
@@ -65,6 +67,21 @@ def test_an_effect_may_be_the_error_of_the_law_of_a_larger_one_of_its_kind(fitte
     assert beside("coulomb_friction", 0.5 * 4.0, 5e-5) == {"coulomb_friction"}
     assert beside("coulomb_friction", 12 * 4.0, 5e-5) == {"hysteresis"}
     assert not beside("torque_sensor_offset", 0.01)
+
+
+@pytest.mark.parametrize(
+    ("wear", "preload", "errors"),
+    [(1e-8, 1e-6, ""), (1e-9, 1e-6, ""), (1e-8, 3e-8, "preload"), (5e-12, 1e-6, "wear")],
+)
+def test_an_error_is_small_as_a_torque_and_beside_the_scatter(wear: float, preload: float, errors: str) -> None:
+    """Of an individual, whose scatter hides a preload more than a wear. wear: m/rad; preload: m. The first two have
+    equal torques, of which the preload shows 6 %, and a wear with a tenth of the torque, which shows 13 times as
+    much."""
+    problem = problem_of_individual(29)
+    start = np.append(base_fit(problem).parameters, [wear, preload])
+    at_start = FitOptions(steps=0, estimate_size=False)
+    fit = problem.fit_from(("wear", "preload"), start, problem.weights.with_size(1.0), at_start)
+    assert within_law_errors(problem, fit) == {errors} - {""}
 
 
 @pytest.mark.parametrize(("share", "remains"), [(0.1, False), (0.6, True)])
