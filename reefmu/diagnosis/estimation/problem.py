@@ -154,15 +154,15 @@ class Problem:
         if self.scatter is None or found.weighting.size < INDIVIDUAL_SIZE:
             return self.weights
         at = found.prediction.contacts
-        near = ((c, w) for c, w in self._known_weights if self._are_alike(at, c) and are_gains_alike(at.gain, c.gain))
+        near = ((c, w) for c, w in self._known_weights if self.are_alike(at, c) and are_gains_alike(at.gain, c.gain))
         return next((weights.with_gain(at.gain / known.gain) for known, weights in near), None)
 
     def are_new(self, contacts: Contacts, others: Sequence[Contacts]) -> bool:
         """Whether contacts scatter like no known ones and no others, even with another gain."""
         known = (of_known for of_known, _ in self._known_weights)
-        return not any(self._are_alike(contacts, other) for other in (*known, *others))
+        return not any(self.are_alike(contacts, other) for other in (*known, *others))
 
-    def _are_alike(self, some: Contacts, others: Contacts) -> bool:
+    def are_alike(self, some: Contacts, others: Contacts) -> bool:
         """Whether contacts scatter alike but for their gain."""
         assert self.scatter is not None
         near, alike = SAME_TWIST * self.base.max_twist, SAME_CLEARANCE * self.scatter.clearance_deviation
@@ -181,7 +181,7 @@ class Problem:
         assert self.scatter is not None
         at = found.prediction.contacts
         for known, weights in self._known_weights:
-            if self._are_alike(at, known):
+            if self.are_alike(at, known):
                 return weights.with_gain(at.gain / known.gain)
         beside = self.predictor(found.names).twist_beside_sensors(found.parameters)
         covariance = self.scatter.covariance_at(at.twist, at.clearance, beside, spread) * at.gain * at.gain[:, None]

@@ -206,7 +206,22 @@ def _best_by_set(fits: Sequence[Fit]) -> dict[frozenset[str], Fit]:
 
 
 def refine(pool: WorkerPool, fits: Sequence[Fit]) -> list[Fit]:
-    """Sets fitted to all samples and to the full tolerance, with the scatter at the twist that their contacts have."""
+    """Sets fitted to all samples and to the full tolerance, with the scatter at the twist that their contacts have;
+    those whose contacts have moved by then once more, whichever of the two is likelier."""
+    better = _at_own_contacts(pool, fits)
+    moved = [
+        k
+        for k, (before, after) in enumerate(zip(fits, better, strict=True))
+        if after.weighting.is_individual
+        and not pool.problem.are_alike(after.prediction.contacts, before.prediction.contacts)
+    ]
+    for k, fit in zip(moved, _at_own_contacts(pool, [better[k] for k in moved]), strict=True):
+        better[k] = min(better[k], fit, key=by_cost)
+    return better
+
+
+def _at_own_contacts(pool: WorkerPool, fits: Sequence[Fit]) -> list[Fit]:
+    """Sets fitted to all samples and to the full tolerance, with the scatter at the contacts that they have before."""
     problem, new = pool.problem, list[Fit]()
     for fit in fits:
         others = [other.prediction.contacts for other in new]

@@ -37,6 +37,17 @@ def test_sets_of_the_same_contacts_share_one_scatter_of_their_own(problem: Probl
     np.testing.assert_array_equal(weights.basis, anew.basis)
 
 
+def test_a_set_whose_contacts_move_is_fitted_again_where_they_end(problem: Problem) -> None:
+    """It starts from a backlash that the record has not, with the scatter of that: under which it costs far more."""
+    assert problem.scatter is not None
+    far = at_clearance(problem, 5 * problem.scatter.clearance_deviation)
+    there = problem.fit_from(far.names, far.parameters, problem.weights_of_contacts(far))
+    near = problem.fit_from(far.names, far.parameters, problem.weights)
+    assert near.cost < there.cost - 10
+    (found,) = refine(WorkerPool(replace(problem, weights_cache=[])), [far])
+    assert found.cost == pytest.approx(near.cost, abs=0.1)
+
+
 def test_another_fit_of_a_single_effect_counts_where_it_is_better(problem: Problem) -> None:
     nothing, known = base_fit(problem), at_clearance(problem, 1e-6)
     search = Search(nothing, {0: [nothing]}).with_single(known)
