@@ -140,6 +140,9 @@ def _searched_anew(evidence: Evidence, pool: WorkerPool, report: Progress) -> Ev
     """The evidence of fits to the problem of a pool, which has the record and the candidates of the evidence."""
     base = evidence.search.base
     search = single_effects(pool, base, linearise_candidates(pool, base))
+    for fit in evidence.search.best.get(1, [])[:1]:
+        # A fit that starts from nothing may miss the likeliest effect where that moves the elements.
+        search = search.with_single(pool.problem.fit_from(fit.names, fit.parameters, fit.weighting))
     return _several_effects(Evidence(pool.problem, search), pool, report)
 
 

@@ -65,6 +65,15 @@ def test_elements_that_do_not_keep_their_places_stand_anywhere() -> None:
     assert _with_first_element(problem) is problem
 
 
+def test_a_position_that_is_hardly_likelier_than_others_is_not_taken() -> None:
+    """In noise of 32 N.m the likeliest of all positions is likelier than the average, by 1.8 in -2 log likelihood, and
+    as likely as a sixth of all, so that it would be taken by chance."""
+    drive = seated_drive(29)
+    problem = _problem(_record(drive, (draw_individual(drive, 1).start,), noise=32.0), drive)
+    assert base_fit(problem).weighting.is_individual
+    assert _with_first_element(problem) is problem
+
+
 def test_a_mean_drive_has_no_first_element() -> None:
     record, drive = rig.measured({}, noise=0.1, seed=3), rig.drive()
     problem = _problem(record, drive)
