@@ -16,7 +16,7 @@ from itertools import chain
 from ...effects import find_effect
 from ..calibrated_odds import log_odds
 from ..estimation.intervals import is_degenerate
-from ..estimation.least_squares import HELD_SIZE, Fit, by_cost
+from ..estimation.least_squares import COST_DIGITS, HELD_SIZE, Fit, by_cost
 from ..estimation.problem import Problem
 from ..estimation.shared_covariances import least_costs
 from ..estimation.weighting import MEAN_DRIVE_SIZE, without_blocks
@@ -111,7 +111,7 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float], pool: Worke
 
     rows = [row(fit, fit.cost) for fit in (*fits, *off_curve)]
     rows += [row(*both) for both in zip(best_fits, least, strict=True)]
-    likeliest = max(rows, key=lambda r: r.log_evidence).fit
+    likeliest = max(rows, key=lambda r: round(r.log_evidence, COST_DIGITS)).fit
     exchanged = [*exchanged_fits(problem, likeliest)]
     rows += [row(*both) for both in zip(exchanged, least_costs(problem, exchanged, [base, *best_fits]), strict=True)]
     compared += _refitted(pool, exchanged, _strongest_terms(pool, exchanged))
@@ -129,10 +129,11 @@ def hypothesis_table(evidence: Evidence, sizes: Mapping[str, float], pool: Worke
 def _with_faint_effects(
     problem: Problem, rows: Mapping[Key, Row], sizes: Mapping[str, float], divided: float
 ) -> Iterator[Row]:
-    """The likeliest set with one more effect, of all that were not fitted because the record does not show them."""
+    """The likeliest set with one more effect, of all that were not fitted because the record does not show them; of
+    sets that are as likely the first, whatever the last digits are on this machine."""
     known = [row for row in rows.values() if not row.unnamed]
     greatest = max(row.log_evidence for row in known)
-    row = max(known, key=lambda r: log_odds(greatest - r.log_evidence, len(r.effects)))
+    row = max(known, key=lambda r: round(float(log_odds(greatest - r.log_evidence, len(r.effects))), COST_DIGITS))
     for name in problem.candidates:
         effects = row.effects | {name}
         if (effects, False) not in rows and find_effect(name).identification.sign_pair not in effects:
@@ -146,7 +147,8 @@ def _faint(rows: Mapping[Key, Row], row: Row) -> frozenset[str]:
     shown = row.effects
     while shown:
         without = {shown - {name} for name in shown} & {effects for effects, unnamed in rows if unnamed == row.unnamed}
-        best = max(without, key=lambda e: rows[e, row.unnamed].log_evidence, default=None)
+        ordered = sorted(without, key=sorted)
+        best = max(ordered, key=lambda e: round(rows[e, row.unnamed].log_evidence, COST_DIGITS), default=None)
         if best is None or rows[best, row.unnamed].log_evidence < rows[shown, row.unnamed].log_evidence:
             break
         shown = best
