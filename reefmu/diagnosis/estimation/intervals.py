@@ -28,7 +28,7 @@ from stiffness_model.numerics.arrays import Array
 
 from ...effects import Parameter
 from .held_out import weights_without
-from .least_squares import Fit, FitOptions, is_logarithmic, may_be_infinite
+from .least_squares import Fit, FitOptions, is_logarithmic, may_be_infinite, normal_equations
 from .problem import Problem
 from .residuals import segments
 
@@ -111,7 +111,7 @@ def standard_errors(problem: Problem, fit: Fit) -> Array:
     The curvature is that for an individual whose parts deviate as the drawing says: the size at which its scatter is
     likeliest follows from ripples, and says little of how far a whole drive deviates.
     """
-    curvature = _as_drawn(fit) if fit.weighting.is_individual else fit.curvature
+    curvature = _as_drawn(problem, fit) if fit.weighting.is_individual else fit.curvature
     scale = np.sqrt(np.maximum(np.diag(curvature), 1e-300))
     correlation = curvature / scale / scale[:, None]
     inverse = np.linalg.pinv(correlation + 1e-10 * np.eye(len(scale)), hermitian=True)
@@ -126,11 +126,11 @@ def standard_errors(problem: Problem, fit: Fit) -> Array:
     return np.sqrt(np.maximum(by_curvature, np.diag(sandwich))) / scale
 
 
-def _as_drawn(fit: Fit) -> Array:
-    """(k, k), the curvature of a fit with the scatter at the size of the drawing, 1."""
-    slope = fit.bounds.slope(fit.parameters)
-    jacobian = fit.weighting.with_size(1.0).project(fit.prediction.sensitivities * slope)
-    return jacobian.inner(jacobian) + np.diag((slope / fit.bounds.prior_deviation) ** 2)
+def _as_drawn(problem: Problem, fit: Fit) -> Array:
+    """(k, k), the curvature of a fit of an individual with the scatter at the size of the drawing, 1."""
+    weights, prediction, bounds = fit.weighting.with_size(1.0), fit.prediction, fit.bounds
+    jacobian = weights.project(prediction.sensitivities * bounds.slope(fit.parameters))
+    return normal_equations(jacobian, weights.project(problem.torque - prediction.torque), fit.parameters, bounds)[1]
 
 
 @dataclass(frozen=True)

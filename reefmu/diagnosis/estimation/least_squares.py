@@ -195,7 +195,7 @@ def fit(
         jacobian = objective.jacobian(point, weights)
         if gain < options.tolerance:
             break
-    _, curvature = _normal_equations(jacobian, point.residual, point.parameters, bounds)
+    _, curvature = normal_equations(jacobian, point.residual, point.parameters, bounds)
     return Fit(
         predictor.names,
         point.parameters,
@@ -214,7 +214,7 @@ def _improve(
 ) -> tuple[_Point | None, float]:
     """The next point, None where no step reduces the cost by more than the tolerance, and the next damping."""
     p, bounds = point.parameters, objective.bounds
-    gradient, curvature = _normal_equations(jacobian, point.residual, p, bounds)
+    gradient, curvature = normal_equations(jacobian, point.residual, p, bounds)
     # A parameter at its bound that the gradient pushes against it is held.
     held = ((p <= bounds.low) & (gradient < 0)) | ((p >= bounds.high) & (gradient > 0))
     free = np.flatnonzero(~held & (np.diag(curvature) > 0))
@@ -235,10 +235,10 @@ def _improve(
     return None, damping
 
 
-def _normal_equations(
+def normal_equations(
     jacobian: Projection, residual: Projection, p: Array, bounds: ParameterBounds
 ) -> tuple[Array, Array]:
-    """Gradient (k,) and curvature (k, k) of half the cost, with the priors."""
+    """Gradient (k,) and curvature (k, k) of half the cost, with the priors; jacobian: by the fitted variables of p."""
     prior_slope = bounds.slope(p) / bounds.prior_deviation
     gradient = jacobian.inner(residual) - prior_slope * (p - bounds.prior_mean) / bounds.prior_deviation
     return gradient, jacobian.inner(jacobian) + np.diag(prior_slope**2)

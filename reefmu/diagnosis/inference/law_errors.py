@@ -76,18 +76,21 @@ def within_law_errors(problem: Problem, fit: Fit) -> frozenset[str]:
     if not alike:
         return frozenset()
     noise = make_weights(problem.variance, None, problem.base.full_torque)
-    may_be = _may_be_errors(problem, fit, noise) & _may_be_errors(problem, fit, fit.weighting)
+    torques = _effect_torques(problem, fit)
+    may_be = _may_be_errors(problem, fit, torques, noise) & _may_be_errors(problem, fit, torques, fit.weighting)
     return frozenset(fit.names[k] for k, other in alike if may_be[k, other])
 
 
-def _may_be_errors(problem: Problem, fit: Fit, weights: Weighting) -> NDArray[np.bool_]:
+def _may_be_errors(problem: Problem, fit: Fit, torques: Array, weights: Weighting) -> NDArray[np.bool_]:
     """(e, e), whether an effect of a fit has, beside the base curve and another one, at most two standard deviations of
-    the error of that one's law, under some weights; two effects that nearly cancel each other are larger than what they
-    are in all."""
+    the error of that one's law; two effects that nearly cancel each other are larger than what they are in all.
+
+    torques: (n, e) N.m, of the effects; weights: by which they count.
+    """
     n_base = problem.layout(()).n_base
     sensitivities, deviations = fit.prediction.sensitivities[:, :n_base], fit.bounds.prior_deviation[:n_base]
     basis = absorbing_basis(weights, sensitivities, deviations)
-    white = weights.whiten(_effect_torques(problem, fit))
+    white = weights.whiten(torques)
     shown = white - basis @ (basis.T @ white)
     products = shown.T @ shown
     squares = np.diag(products)

@@ -13,10 +13,12 @@ from scipy.stats import uniform
 from reefmu.diagnosis.analysis import Analysis
 from reefmu.diagnosis.estimation.least_squares import HELD_SIZE, Fit
 from reefmu.diagnosis.estimation.problem import Problem
-from reefmu.diagnosis.estimation.search import MIN_GAIN, base_fit
+from reefmu.diagnosis.estimation.search import MIN_GAIN, Search, base_fit
 from reefmu.diagnosis.estimation.weighting import make_weighting
+from reefmu.diagnosis.estimation.worker_pool import WorkerPool
 from reefmu.diagnosis.forward.predictor import Predictor
-from reefmu.diagnosis.pipeline import analyse
+from reefmu.diagnosis.inference.evidence import Evidence
+from reefmu.diagnosis.pipeline import _searched_anew, analyse
 from reefmu.diagnosis.preparation import BaseCurveSource, prepare_problem, with_friction_at_start
 from reefmu.diagnosis.preparation.friction_at_start import DEVIATION
 from reefmu.diagnosis.preprocessing.trace import make_trace
@@ -159,6 +161,16 @@ def test_no_share_is_beyond_its_bounds() -> None:
     problem = with_shares(problem_of(name), name, np.full(runs(problem_of(name)), 1.8))
     found = with_friction_at_start(problem, fits_of(problem, name))
     assert np.abs(found.trace.friction[TWIST]).max() == 1.0
+
+
+def test_the_likeliest_effect_goes_on_where_all_sets_are_fitted_anew() -> None:
+    """Also where nothing leads a search to it, as here, where there are no candidates."""
+    problem = replace(problem_of("hysteresis"), candidates=())
+    base, known = fits_of(problem, "hysteresis")
+    before = Evidence(problem, Search(base, {0: [base], 1: [known]}))
+    (found,) = _searched_anew(before, WorkerPool(problem), lambda stage, share: None).search.best[1]
+    assert found.names == ("hysteresis",)
+    assert found.cost == pytest.approx(known.cost, abs=0.01)
 
 
 def test_friction_that_is_built_up_from_the_start_needs_no_damping(tmp_path: Path) -> None:
